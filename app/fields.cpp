@@ -114,7 +114,7 @@ std::string measures_as_markdown() {
                      section.heading == Heading::kSweepAlone
                          ? ""
                          : fmt::format("`{}{}{}`", within, within.empty() ? "" : ".", measure.key),
-                     measure.unit, measure.column > 0 ? fmt::format("`{}`", measure.column_name()) : "",
+                     measure.unit.name, measure.column > 0 ? fmt::format("`{}`", measure.column_name()) : "",
                      measure.sentence, runs.which.empty() ? "" : fmt::format(" Only {}.", runs.which));
     }
   }

@@ -44,7 +44,7 @@ struct Cell {
 std::string printed(const RunMeasure& measure, const MeasureValue& value) {
   std::string text = std::visit(Cell{}, value);
   if (text.empty()) return "";
-  if (text != "-" && !measure.unit.empty()) text.append(" ").append(measure.unit);
+  if (text != "-" && !measure.unit.name.empty()) text.append(" ").append(measure.unit.name);
   if (!measure.label.empty()) return fmt::format("\n  {:<36} {:>15}  {}", measure.label, text, measure.remark);
   return measure.remark.empty() || text == "-" ? "" : fmt::format(" {} {}", measure.remark, text);
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <optional>
 
@@ -24,55 +23,46 @@ using Value = MeasureValue;
 using Values = std::vector<double>;
 constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
 
-/// The q-quantile of the finite values; NaN if there are none.
-double quantile(Values values, double q) {
+// Of what is finite; NaN if that is nothing.
+template <int kPercent>
+double percent(Values values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   std::sort(values.begin(), values.end());
-  return percentile(values, q);
+  return percentile(values, 0.01 * kPercent);
 }
-double largest(const Values& values) { return quantile(values, 1.0); }
-double smallest(const Values& values) { return quantile(values, 0.0); }
+constexpr auto largest = percent<100>, median = percent<50>, smallest = percent<0>, p99 = percent<99>;
 double root_mean_square(Values values) {
   for (double& v : values) v *= v;
   return std::sqrt(mean(values));
 }
-Value whole(double value) { return std::isnan(value) ? Value() : Value(std::lround(value)); }
-Values scaled(Values values, double scale) {
-  for (double& v : values) v *= scale;
-  return values;
-}
 
 const std::vector<TickRecord>& ticks(View v) { return v.recording->ticks; }
 const TickRecord* last_tick(View v) { return ticks(v).empty() ? nullptr : &ticks(v).back(); }
-double final_s(View v) { return ticks(v).empty() ? 0.0 : last_tick(v)->time_s - kFinalWindow_s; }
+double time_of(const TickRecord* tick) { return tick != nullptr ? tick->time_s : kNever; }
+double end_s(View v) { return ticks(v).empty() ? 0.0 : last_tick(v)->time_s; }
+double final_s(View v) { return ticks(v).empty() ? 0.0 : end_s(v) - kFinalWindow_s; }
 
-/// One number of every tick from `from_s` on.
+// A part of a tick, or what a function says of it.
+double of(Tick tick, double TickRecord::*part) { return tick.*part; }
+template <typename T>
+T of(Tick tick, T TickReport::*part) {
+  return tick.contact.*part;
+}
+template <typename T>
+T of(Tick tick, T EnvironmentReport::*part) {
+  return tick.contact.environment.*part;
+}
 template <typename Get>
+auto of(Tick tick, Get get) -> decltype(get(tick)) {
+  return get(tick);
+}
+
+/// One number of every tick from `from_s` on; or of those in which the fingers hold the object: else it has no target.
+template <bool kHeld = false, typename Get>
 Values over(View v, double from_s, Get get) {
   Values values;
   for (Tick tick : ticks(v)) {
-    if (tick.is_from(from_s)) values.push_back(static_cast<double>(std::invoke(get, tick)));
-  }
-  return values;
-}
-template <typename Get>
-Values over_all(View v, Get get) {
-  return over(v, 0.0, get);
-}
-/// Likewise where the fingers hold the object: else it has no target.
-template <typename Get>
-Values over_held(View v, double from_s, Get get) {
-  Values values;
-  for (Tick tick : ticks(v)) {
-    if (tick.holds && tick.is_from(from_s)) values.push_back(get(tick));
-  }
-  return values;
-}
-/// A number of each finger in every tick that is measured, or in those before.
-Values over_fingers(View v, bool measured, PerFinger<double> TickRecord::*get) {
-  Values values;
-  for (Tick tick : ticks(v)) {
-    if (tick.is_measured() == measured) values.insert(values.end(), (tick.*get).begin(), (tick.*get).end());
+    if (tick.is_from(from_s) && (tick.holds || !kHeld)) values.push_back(static_cast<double>(of(tick, get)));
   }
   return values;
 }
@@ -83,42 +73,86 @@ Values each_finger(View v, Get get) {
   for (int k = 0; k < v.model->fingers(); ++k) values.push_back(get(k));
   return values;
 }
-Values at_end(View v, PerFinger<double> TickRecord::*get) {
-  return each_finger(v, [&](int k) { return ticks(v).empty() ? 0.0 : (last_tick(v)->*get)[k]; });
-}
-template <typename Is>
-std::int64_t count(View v, Is is) {
-  return std::ranges::count_if(ticks(v), is);
-}
 /// The first tick of which something is true; null: there is none.
 template <typename Is>
 const TickRecord* first(View v, Is is) {
   const auto tick = std::ranges::find_if(ticks(v), is);
   return tick == ticks(v).end() ? nullptr : &*tick;
 }
-double time_of(const TickRecord* tick) { return tick != nullptr ? tick->time_s : kNever; }
 
+// Measures by what they make of a number of each tick: of all ticks, of those from 0.3 s on, of the last 0.3 s.
+template <auto Reduce, auto Get>
+Value all(View v) {
+  return Reduce(over(v, 0.0, Get));
+}
+template <auto Reduce, auto Get>
+Value measured(View v) {
+  return Reduce(over(v, kMeasuredFrom_s, Get));
+}
+template <auto Reduce, auto Get>
+Value held(View v) {
+  return Reduce(over<true>(v, kMeasuredFrom_s, Get));
+}
+template <auto Get>
+Value held_at_end(View v) {
+  return mean(over<true>(v, final_s(v), Get));
+}
+/// Of all fingers, from 0.3 s on or before.
+template <auto Reduce, auto Get, bool kMeasured = true>
+Value among_fingers(View v) {
+  Values values;
+  for (Tick tick : ticks(v)) {
+    if (tick.is_measured() == kMeasured) values.insert(values.end(), (tick.*Get).begin(), (tick.*Get).end());
+  }
+  return Reduce(values);
+}
+template <auto Get>
+Value at_end(View v) {
+  return each_finger(v, [&](int k) { return ticks(v).empty() ? 0.0 : (last_tick(v)->*Get)[k]; });
+}
+template <auto Get>
+Value most_at_end(View v) {
+  return std::ranges::max(std::get<Values>(at_end<Get>(v)));
+}
+template <auto Is>
+Value count(View v) {
+  return std::ranges::count_if(ticks(v), [](Tick tick) { return of(tick, Is); });
+}
+template <auto Is>
+Value when_first(View v) {
+  return time_of(first(v, [](Tick tick) { return of(tick, Is); }));
+}
+/// Of the ticks that ran a stage; some count it in control ticks alone.
+template <auto Get, bool kControlled = false>
+Value stage(View v) {
+  Values us = over(v, 0.0, [](Tick tick) { return tick.controlled || !kControlled ? 1e6 * of(tick, Get) : 0.0; });
+  std::erase_if(us, [](double one) { return !(one > 0.0); });
+  return percentiles(std::move(us));
+}
 template <auto Part>
-Value of_ledger(View v) {
+Value ledger_term(View v) {
   return v.ledger->*Part;
+}
+template <auto Part>
+Value of_scene(View v) {
+  return v.scene->*Part;
+}
+template <auto Part>
+Value of_verdict(View v) {
+  return v.verdict->*Part;
 }
 template <auto Part>
 Value of_excess(View v) {
   return v.verdict->beyond[v.item].*Part;
 }
-
-// The object against its target.
-Vector3d position_error(Tick tick) { return tick.position_m - tick.target_m; }
-double distance(Tick tick) { return position_error(tick).norm(); }
-double rotation(Tick tick) { return tick.rotation_error_rad; }
-Value off_axis_mm(View v) {
-  const Vector3d axis = v.scene->task.translate ? v.scene->task.translate->axis : Vector3d::Zero();
-  return 1e3 * largest(over_held(v, kMeasuredFrom_s, [&](Tick tick) {
-           const Vector3d error = position_error(tick);
-           return (error - error.dot(axis) * axis).norm();
-         }));
+template <const std::string_view& kText>
+Value text(View /*v*/) {
+  return std::string(kText);
 }
 
+// Numbers of a tick.
+Vector3d position_error(Tick tick) { return tick.position_m - tick.target_m; }
+double distance(Tick tick) { return position_error(tick).norm(); }
 /// Mean over the fingers of |f^d - f| / |f^d|.
 double relative_force_error(Tick tick) {
   double sum = 0.0;
@@ -127,16 +161,38 @@ double relative_force_error(Tick tick) {
   }
   return sum / static_cast<double>(tick.force_error_N.size());
 }
-double force_error_rms_N(Tick tick) { return root_mean_square({tick.force_error_N.begin(), tick.force_error_N.end()}); }
-
-double contacts(Tick tick) { return static_cast<double>(tick.contact.contacts); }
-double sweeps(Tick tick) { return tick.contact.solve.sweeps; }
+double force_error_N(Tick tick) { return root_mean_square({tick.force_error_N.begin(), tick.force_error_N.end()}); }
+double stop(Tick tick) { return tick.contact.stop_Nm.cwiseAbs().maxCoeff(); }
+double assembly(Tick tick) { return tick.factors_s + tick.contact.assemble_s; }
+int sweeps(Tick tick) { return tick.contact.solve.sweeps; }
 double residual(Tick tick) {
   const bool touches = tick.contact.contacts > 0 || tick.contact.environment.contacts > 0;
   return touches ? tick.contact.solve.residual : kNever;
 }
+template <auto Part>
+double chosen(Tick tick) {
+  return tick.stiffness.now && tick.stiffness.now->report.is_chosen ? tick.stiffness.now->report.*Part : kNever;
+}
+bool has_no_grasp(Tick tick) { return tick.grasp == GraspStatus::kInfeasible; }
+bool has_no_muscles(Tick tick) { return tick.muscle == MuscleStatus::kInfeasible; }
+bool is_unanswered(Tick tick) {
+  return tick.grasp == GraspStatus::kBudgetSpent || tick.muscle == MuscleStatus::kBudgetSpent;
+}
+bool touches(Tick tick) { return tick.contact.environment.active > 0; }
+template <ReflexEvent kEvent>
+bool answers(Tick tick) {
+  return tick.controlled && tick.reflex.event == kEvent;
+}
 
-std::int64_t hold_transitions(View v) {
+// Numbers of a run.
+Value off_axis(View v) {
+  const Vector3d axis = v.scene->task.translate ? v.scene->task.translate->axis : Vector3d::Zero();
+  return largest(over<true>(v, kMeasuredFrom_s, [&](Tick tick) {
+    const Vector3d error = position_error(tick);
+    return (error - error.dot(axis) * axis).norm();
+  }));
+}
+Value hold_transitions(View v) {
   std::int64_t transitions = 0;
   bool held = false;
   for (Tick tick : ticks(v)) {
@@ -145,16 +201,14 @@ std::int64_t hold_transitions(View v) {
   }
   return transitions;
 }
-
-std::int64_t grasp_infeasible(View v) {
+Value grasp_infeasible(View v) {
   // A run that stops at once has no tick to count.
   const std::optional<UnsolvedGrasp>& unsolved = v.recording->unsolved;
-  if (ticks(v).empty() && unsolved && unsolved->control.grasp == GraspStatus::kInfeasible) return 1;
-  return count(v, [](Tick t) { return t.grasp == GraspStatus::kInfeasible; });
+  if (ticks(v).empty() && unsolved && unsolved->control.grasp == GraspStatus::kInfeasible) return std::int64_t{1};
+  return count<has_no_grasp>(v);
 }
-
-Value least_joint_margin(View v) {
-  return smallest(over_all(v, [&](Tick tick) {
+Value joint_margin(View v) {
+  return smallest(over(v, 0.0, [&](Tick tick) {
     Values of_joints;
     for (Eigen::Index i = 0; i < tick.q_rad.size(); ++i) {
       const Joint& joint = v.scene->hand.joints[i];
@@ -163,57 +217,50 @@ Value least_joint_margin(View v) {
     return smallest(of_joints);
   }));
 }
-Value largest_stop(View v) {
-  return largest(over_all(v, [](Tick t) { return t.contact.stop_Nm.cwiseAbs().maxCoeff(); }));
-}
-
-double largest_activation(View v) {
+Value activation(View v) {
   const auto& f = v.recording->muscle_forces_N;
-  double activation = 0.0;
+  double most = 0.0;
   for (Eigen::Index m = 0; m < f.rows(); ++m) {
-    activation = std::max(activation, f.row(m).maxCoeff() / v.scene->hand.muscles[m].max_force_N);
+    most = std::max(most, f.row(m).maxCoeff() / v.scene->hand.muscles[m].max_force_N);
   }
-  return activation;
-}
-
-/// Over the ticks that ran the stage.
-template <typename Get>
-Percentiles stage(View v, bool control_only, Get get) {
-  Values us;
-  for (Tick tick : ticks(v)) {
-    const double stage_s = std::invoke(get, tick);
-    if ((tick.controlled || !control_only) && stage_s > 0.0) us.push_back(1e6 * stage_s);
-  }
-  return percentiles(us);
-}
-template <auto Stage>
-Value control_stage(View v) {
-  return stage(v, true, Stage);
+  return most;
 }
 /// The published computation shows fingertips in every tick: where a tick does not, their last time is counted.
 Value contact_total(View v) {
-  return stage(v, true, [shown_s = 0.0](Tick t) mutable {
-    if (t.interpolate_s > 0.0) shown_s = t.interpolate_s;
-    return t.contact_total_s() - t.interpolate_s + shown_s;
-  });
+  Values us;
+  double shown_s = 0.0;
+  for (Tick tick : ticks(v)) {
+    if (tick.interpolate_s > 0.0) shown_s = tick.interpolate_s;
+    const double total_s = tick.contact_total_s() - tick.interpolate_s + shown_s;
+    if (tick.controlled && total_s > 0.0) us.push_back(1e6 * total_s);
+  }
+  return percentiles(std::move(us));
 }
-
+/// The least of each finger once the grip had built up.
+template <typename Get>
+Value least_of_fingers(View v, Get get) {
+  return each_finger(
+      v, [&](int k) { return smallest(over(v, kMeasuredFrom_s, [&](Tick tick) { return get(tick, k); })); });
+}
+Value least_sticking(View v) {
+  return least_of_fingers(v, [](Tick tick, int k) { return tick.touch[k].stick; });
+}
 /// What of friction is to spare at a load, torsion left out; NaN without load.
 double friction_margin(const NormalTangential& load, double mu) {
   return load.normal_N > 0.0 ? 1.0 - load.tangential_N / (mu * load.normal_N) : kNever;
 }
-/// The least of each finger once the grip had built up.
-template <typename Get>
-Values least_of_fingers(View v, Get get) {
-  return each_finger(v, [&](int k) { return smallest(over(v, kMeasuredFrom_s, [&](Tick t) { return get(t, k); })); });
-}
-
-Values chosen(View v, double StiffnessReport::*what) {
-  return over(v, kMeasuredFrom_s, [what](Tick t) {
-    return t.stiffness.now && t.stiffness.now->report.is_chosen ? t.stiffness.now->report.*what : kNever;
+Value true_margin(View v) {
+  return least_of_fingers(v, [&](Tick tick, int k) {
+    return friction_margin(tick.force[k], v.model->friction(tick.time_s - v.scene->step_s));
   });
 }
-std::int64_t unanswered_stiffness(View v) {
+Value felt_margin(View v) {
+  return least_of_fingers(v, [](Tick t, int k) { return friction_margin(t.force[k], t.reflex.friction[k]); });
+}
+Value felt_friction(View v) {
+  return each_finger(v, [&](int k) { return ticks(v).empty() ? kNever : last_tick(v)->reflex.friction[k]; });
+}
+Value unanswered_stiffness(View v) {
   std::int64_t unanswered = 0;
   const StiffnessRecord* before = nullptr;
   for (Tick tick : ticks(v)) {
@@ -225,28 +272,29 @@ std::int64_t unanswered_stiffness(View v) {
   return unanswered;
 }
 /// Three of the diagonal of the stiffness that was chosen last.
-Value last_stiffness(View v, int from) {
+template <int kFrom>
+Value last_stiffness(View v) {
   if (ticks(v).empty() || !last_tick(v)->stiffness.chosen) return {};
   const auto K = last_tick(v)->stiffness.chosen->report.K_O.diagonal();
-  return Values{K[from], K[from + 1], K[from + 2]};
+  return Values{K[kFrom], K[kFrom + 1], K[kFrom + 2]};
 }
 
-bool touches(Tick tick) { return tick.contact.environment.active > 0; }
-bool is_wedged(Tick tick) { return tick.contact.environment.wedged; }
-const TickRecord* last_touch(View v) {
+double last_touch_s(View v) {
   const auto last = std::find_if(ticks(v).rbegin(), ticks(v).rend(), touches);
-  return last == ticks(v).rend() ? nullptr : &*last;
+  return last == ticks(v).rend() ? kNever : last->time_s;
 }
 /// On the object, against the scene's gravity, in ticks that touch.
-Values vertical_N(View v) {
+template <auto Reduce>
+Value vertical(View v) {
   const Vector3d up = -v.scene->gravity.normalized();  // Zero without gravity: then nothing is vertical.
-  return over_all(
-      v, [&](Tick t) { return touches(t) && !up.isZero() ? up.dot(t.contact.environment.wrench.head<3>()) : kNever; });
+  return Reduce(over(v, 0.0, [&](Tick tick) {
+    return touches(tick) && !up.isZero() ? up.dot(tick.contact.environment.wrench.head<3>()) : kNever;
+  }));
 }
 /// How deep the end of the scene's peg is below the plate of its hole as it first wedges; NaN without these. It is as
 /// if the object had kept its start's rotation: of 60 mm, 5 degrees make 0.1 mm.
-double wedged_depth_m(View v) {
-  const TickRecord* const tick = first(v, is_wedged);
+Value wedged_depth(View v) {
+  const TickRecord* const tick = first(v, [](Tick t) { return t.contact.environment.wedged; });
   const auto* peg = std::get_if<CylinderShape>(&v.scene->object.shape);
   const std::vector<EnvironmentBody>& bodies = v.scene->environment->bodies;
   const auto hole = std::ranges::find_if(
@@ -287,7 +335,7 @@ const TickRecord* lift_off(View v) {
   return off == end ? nullptr : off;
 }
 /// The object's largest displacement in a tick within 10 ms of it.
-double largest_step_m(View v) {
+Value largest_step(View v) {
   constexpr double kAround_s = 10e-3;
   const TickRecord* const off = lift_off(v);
   if (off == nullptr) return kNever;
@@ -300,8 +348,6 @@ double largest_step_m(View v) {
   return most_m;
 }
 
-// The grip's answers.
-ReflexEvent answer(Tick tick) { return tick.controlled ? tick.reflex.event : ReflexEvent::kNone; }
 /// When the task first pushes or changes friction.
 double disturbed_s(View v) {
   const TaskSettings& task = v.scene->task;
@@ -312,12 +358,13 @@ double disturbed_s(View v) {
 /// How late the first answer came.
 double onset_s(View v) {
   const double from_s = disturbed_s(v);
-  const TickRecord* const tick =
-      first(v, [&](Tick t) { return t.is_from(from_s + v.scene->step_s) && answer(t) != ReflexEvent::kNone; });
-  return time_of(tick) - from_s;
+  const auto is_answer = [&](Tick t) {
+    return t.is_from(from_s + v.scene->step_s) && t.controlled && t.reflex.event != ReflexEvent::kNone;
+  };
+  return time_of(first(v, is_answer)) - from_s;
 }
 /// How far a finger slipped from then until the answer's pulse was over.
-double answered_slip_m(View v) {
+Value answered_slip(View v) {
   const double from_s = disturbed_s(v), until_s = onset_s(v) + v.scene->control->reflex->pulse_s;
   double slip_m = kNever;
   PerFinger<double> before_m(v.model->fingers());
@@ -332,7 +379,7 @@ double answered_slip_m(View v) {
   return slip_m;
 }
 
-// Which runs have a measure.
+// Which runs have a measure; all of a view comes with its recording.
 constexpr Runs kAny{[](View) { return true; }, ""};
 constexpr Runs kScene{[](View v) { return v.scene != nullptr; }, ""};
 constexpr Runs kVerdict{[](View v) { return v.verdict != nullptr; }, ""};
@@ -356,126 +403,112 @@ constexpr Runs kLifts{lifts, "of a load phase that began on something"};
 constexpr Runs kReflex{[](View v) { return kRun.have(v) && v.scene->control && v.scene->control->reflex; },
                        "of scenes with `control.reflex`"};
 
-// Rows: key, unit, value, sentence, label, remark, column, its prefix, runs.
-constexpr RunMeasure kName[] = {
-    {"scene", "", [](View v) -> Value { return v.scene->name; }, "Name of the scene.", "scene"}};
+constexpr Unit kPlain, kWhole{"", 1.0, true};
+constexpr Unit kHz{"Hz"}, kS{"s"}, kMs{"ms", 1e3}, kUs{"us", 1e6}, kM{"m"}, kMm{"mm", 1e3}, kUm{"um", 1e6};
+constexpr Unit kUmPerS{"um/s", 1e6}, kRad{"rad"}, kDeg{"deg", kDegrees}, kN{"N"}, kNm{"N m"}, kNPerM{"N/m"};
+constexpr Unit kNmPerRad{"N m/rad"}, kJ{"J"};
 
-constexpr RunMeasure kBuild[] = {
-    {"type", "", [](View) -> Value { return std::string(build_info::kType); }, "The program's build type."},
-    {"flags", "", [](View) -> Value { return std::string(build_info::kFlags); }, "Its compiler's flags."},
-    {"compiler", "", [](View) -> Value { return std::string(build_info::kCompiler); }, "Its compiler."},
-    {"version", "", [](View) -> Value { return std::string(build_info::kVersion); }, "Its version."},
-    {"source", "", [](View) -> Value { return std::string(build_info::kSource); },
-     "The commit that it is built of, with `-dirty` if files had changed."}};
+// Rows: key, unit, number, sentence, label, remark, column, its prefix, runs.
+constexpr RunMeasure kName[] = {{"scene", kPlain, of_scene<&Scene::name>, "Name of the scene.", "scene"}};
 
-constexpr RunMeasure kSimulated[] = {{"simulated_s", "s",
-                                      [](View v) -> Value { return ticks(v).empty() ? 0.0 : last_tick(v)->time_s; },
-                                      "Simulated time.", "simulated"}};
+constexpr RunMeasure kBuild[] = {{"type", kPlain, text<build_info::kType>, "The program's build type."},
+                                 {"flags", kPlain, text<build_info::kFlags>, "Its compiler's flags."},
+                                 {"compiler", kPlain, text<build_info::kCompiler>, "Its compiler."},
+                                 {"version", kPlain, text<build_info::kVersion>, "Its version."},
+                                 {"source", kPlain, text<build_info::kSource>,
+                                  "The commit that it is built of, with `-dirty` if files had changed."}};
+
+constexpr RunMeasure kSimulated[] = {
+    {"simulated_s", kS, [](View v) -> Value { return end_s(v); }, "Simulated time.", "simulated"}};
 
 constexpr RunMeasure kSettings[] = {
-    {"contact_rate_hz", "Hz", [](View v) -> Value { return 1.0 / v.scene->step_s; }, "Rate of the contact loop.",
+    {"contact_rate_hz", kHz, [](View v) -> Value { return 1.0 / v.scene->step_s; }, "Rate of the contact loop.",
      "contact loop"},
-    {"control_rate_hz", "Hz", [](View v) -> Value { return 1.0 / v.scene->control_period_s; },
+    {"control_rate_hz", kHz, [](View v) -> Value { return 1.0 / v.scene->control_period_s; },
      "Rate of the control loop.", "control loop"},
-    {"control_delay_ms", "ms", [](View v) -> Value { return 1e3 * v.scene->control_delay_s; }, "Delay of its frames.",
-     "", "late by"},
-    {"tolerance", "", [](View v) -> Value { return v.scene->contact.tolerance; },
+    {"control_delay_ms", kMs, of_scene<&Scene::control_delay_s>, "Delay of its frames.", "", "late by"},
+    {"tolerance", kPlain, [](View v) -> Value { return v.scene->contact.tolerance; },
      "Residual at which a contact solve stops.", "a contact solve stops at residual"},
-    {"max_sweeps", "", [](View v) -> Value { return v.scene->contact.max_sweeps; }, "Sweeps after which it stops, too.",
-     "", "or sweeps:"},
-    {"grasp_method", "",
+    {"max_sweeps", kPlain, [](View v) -> Value { return v.scene->contact.max_sweeps; },
+     "Sweeps after which it stops, too.", "", "or sweeps:"},
+    {"grasp_method", kPlain,
      [](View v) -> Value { return v.scene->control ? Value(grasp_method(v.scene->control->cone)) : Value(); },
      "How the grasp forces are computed.", "grasp forces by"},
-    {"muscle_method", "",
+    {"muscle_method", kPlain,
      [](View v) -> Value {
        if (v.scene->chooses_stiffness()) return "Newton for the stiffness, else active set";
        return v.scene->has_muscles() ? Value("active set") : Value();
      },
      "How the muscle forces are computed.", "", "muscle forces by"},
-    {"level", "", [](View v) -> Value { return v.model->level; }, "Level of detail of the pulps.", "", "", 0, "",
+    {"level", kPlain, [](View v) -> Value { return v.model->level; }, "Level of detail of the pulps.", "", "", 0, "",
      &kSoft}};
 
 constexpr RunMeasure kRemarks[] = {
-    {"parts", "", [](View v) -> Value { return v.scene->left_out; },
+    {"parts", kPlain, of_scene<&Scene::left_out>,
      "With `model: auto`, a sentence for each part that was left out or kept, and why.", "part"},
-    {"warnings", "", [](View v) -> Value { return warnings(*v.model, *v.recording); },
+    {"warnings", kPlain, [](View v) -> Value { return warnings(*v.model, *v.recording); },
      "A sentence for each way in which the run left its model's range of validity.", "warning"}};
 
 constexpr RunMeasure kObject[] = {
-    {"final_error_mm", "mm", [](View v) -> Value { return 1e3 * mean(over_held(v, final_s(v), distance)); },
-     "Mean distance from its target over the last 0.3 s.", "final position error", "", 1},
-    {"rms_error_mm", "mm",
-     [](View v) -> Value { return 1e3 * root_mean_square(over_held(v, kMeasuredFrom_s, distance)); },
+    {"final_error_mm", kMm, held_at_end<distance>, "Mean distance from its target over the last 0.3 s.",
+     "final position error", "", 1},
+    {"rms_error_mm", kMm, held<root_mean_square, distance>,
      "Root of the mean squared distance from its target, from 0.3 s on, as the next two.", "rms position error", "", 2},
-    {"max_off_axis_error_mm", "mm", off_axis_mm, "Largest distance from the line on which the task moves it.",
+    {"max_off_axis_error_mm", kMm, off_axis, "Largest distance from the line on which the task moves it.",
      "largest off-axis error", "", 3},
-    {"max_rotation_deg", "deg",
-     [](View v) -> Value { return kDegrees * largest(over_held(v, kMeasuredFrom_s, rotation)); },
-     "Largest angle to its target.", "largest rotation error", "", 5},
-    {"final_rotation_deg", "deg", [](View v) -> Value { return kDegrees * mean(over_held(v, final_s(v), rotation)); },
+    {"max_rotation_deg", kDeg, held<largest, &TickRecord::rotation_error_rad>, "Largest angle to its target.",
+     "largest rotation error", "", 5},
+    {"final_rotation_deg", kDeg, held_at_end<&TickRecord::rotation_error_rad>,
      "Mean angle to its target over the last 0.3 s.", "final rotation error", "", 4}};
 
 constexpr RunMeasure kOutcome[] = {
-    {"outcome", "", [](View v) -> Value { return to_string(v.verdict->outcome); },
+    {"outcome", kPlain, [](View v) -> Value { return to_string(v.verdict->outcome); },
      "[The outcome](../guide/run.md#what-became-of-the-grasp), a word.", "outcome"},
-    {"reason", "", [](View v) -> Value { return v.verdict->reason; }, "Everything that was found.", "  reason"},
-    {"held", "", [](View v) -> Value { return is_fine(v.verdict->outcome); }, "Whether the object was held."},
-    {"lost_at_s", "s", [](View v) -> Value { return v.verdict->lost_s ? Value(*v.verdict->lost_s) : Value(); },
+    {"reason", kPlain, of_verdict<&Verdict::reason>, "Everything that was found.", "  reason"},
+    {"held", kPlain, [](View v) -> Value { return is_fine(v.verdict->outcome); }, "Whether the object was held."},
+    {"lost_at_s", kS, [](View v) -> Value { return v.verdict->lost_s ? Value(*v.verdict->lost_s) : Value(); },
      "When the object was lost.", "", "", 6}};
 
 constexpr RunMeasure kBeyond[] = {
-    {"name", "", of_excess<&Excess::name>, "A joint or muscle that passed its limit."},
-    {"unit", "", [](View v) -> Value { return v.verdict->beyond[v.item].muscle ? "N" : "rad"; },
+    {"name", kPlain, of_excess<&Excess::name>, "A joint or muscle that passed its limit."},
+    {"unit", kPlain, [](View v) -> Value { return v.verdict->beyond[v.item].muscle ? "N" : "rad"; },
      "Unit of the next two."},
-    {"limit", "", of_excess<&Excess::limit>,
+    {"limit", kPlain, of_excess<&Excess::limit>,
      "The muscle's largest force, or that end of the joint's range which was passed."},
-    {"value", "", of_excess<&Excess::value>, "The worst value."},
-    {"at_s", "s", of_excess<&Excess::at_s>, "When that was."},
-    {"first_s", "s", of_excess<&Excess::first_s>, "When the limit was first passed."}};
+    {"value", kPlain, of_excess<&Excess::value>, "The worst value."},
+    {"at_s", kS, of_excess<&Excess::at_s>, "When that was."},
+    {"first_s", kS, of_excess<&Excess::first_s>, "When the limit was first passed."}};
 
-constexpr RunMeasure kGrasp[] = {
-    {"max_slip_mm", "mm", [](View v) -> Value { return 1e3 * std::ranges::max(at_end(v, &TickRecord::slip_m)); },
+constexpr RunMeasure kGripRows[] = {
+    {"max_slip_mm", kMm, most_at_end<&TickRecord::slip_m>,
      "[Slip](../guide/run.md#what-the-measures-of-a-grip-mean) of the finger that slipped most.",
      "largest slip of a finger", "", 7},
-    {"max_start_slip_mm", "mm",
-     [](View v) -> Value { return 1e3 * std::ranges::max(at_end(v, &TickRecord::start_slip_m)); },
-     "Largest part of a slip in the first 0.3 s.", "", "of it at the start:", 8},
-    {"slip_mm", "mm", [](View v) -> Value { return scaled(at_end(v, &TickRecord::slip_m), 1e3); },
-     "Slip of each finger."},
-    {"start_slip_mm", "mm", [](View v) -> Value { return scaled(at_end(v, &TickRecord::start_slip_m), 1e3); },
-     "The part of the first 0.3 s, of each finger."},
-    {"max_spin_deg", "deg",
-     [](View v) -> Value { return kDegrees * std::ranges::max(at_end(v, &TickRecord::spin_rad)); },
-     "Spin of the finger that turned most.", "largest spin of a finger", "", 9},
-    {"max_start_spin_deg", "deg",
-     [](View v) -> Value { return kDegrees * std::ranges::max(at_end(v, &TickRecord::start_spin_rad)); },
-     "Largest part of a spin in the first 0.3 s.", "", "of it at the start:", 10},
-    {"spin_deg", "deg", [](View v) -> Value { return scaled(at_end(v, &TickRecord::spin_rad), kDegrees); },
-     "Spin of each finger."},
-    {"start_spin_deg", "deg", [](View v) -> Value { return scaled(at_end(v, &TickRecord::start_spin_rad), kDegrees); },
-     "The part of the first 0.3 s, of each finger."},
-    {"max_sliding_share", "",
-     [](View v) -> Value { return largest(over_fingers(v, true, &TickRecord::sliding_share)); },
+    {"max_start_slip_mm", kMm, most_at_end<&TickRecord::start_slip_m>, "Largest part of a slip in the first 0.3 s.", "",
+     "of it at the start:", 8},
+    {"slip_mm", kMm, at_end<&TickRecord::slip_m>, "Slip of each finger."},
+    {"start_slip_mm", kMm, at_end<&TickRecord::start_slip_m>, "The part of the first 0.3 s, of each finger."},
+    {"max_spin_deg", kDeg, most_at_end<&TickRecord::spin_rad>, "Spin of the finger that turned most.",
+     "largest spin of a finger", "", 9},
+    {"max_start_spin_deg", kDeg, most_at_end<&TickRecord::start_spin_rad>, "Largest part of a spin in the first 0.3 s.",
+     "", "of it at the start:", 10},
+    {"spin_deg", kDeg, at_end<&TickRecord::spin_rad>, "Spin of each finger."},
+    {"start_spin_deg", kDeg, at_end<&TickRecord::start_spin_rad>, "The part of the first 0.3 s, of each finger."},
+    {"max_sliding_share", kPlain, among_fingers<largest, &TickRecord::sliding_share>,
      "Largest share of a patch that slid, from 0.3 s on.", "largest share of a patch sliding", "", 11},
-    {"max_creep_um_per_s", "um/s",
-     [](View v) -> Value { return 1e6 * largest(over_fingers(v, true, &TickRecord::creep_m_per_s)); },
+    {"max_creep_um_per_s", kUmPerS, among_fingers<largest, &TickRecord::creep_m_per_s>,
      "Largest speed of a point that should stick, from 0.3 s on.", "fastest point that should stick", "", 12},
-    {"min_margin", "", [](View v) -> Value { return smallest(over_fingers(v, true, &TickRecord::margin)); },
-     "Least margin of a finger, from 0.3 s on.", "least margin", "", 13},
-    {"min_start_margin", "", [](View v) -> Value { return smallest(over_fingers(v, false, &TickRecord::margin)); },
+    {"min_margin", kPlain, among_fingers<smallest, &TickRecord::margin>, "Least margin of a finger, from 0.3 s on.",
+     "least margin", "", 13},
+    {"min_start_margin", kPlain, among_fingers<smallest, &TickRecord::margin, false>,
      "Least margin of a finger before.", "", "at the start:", 14},
-    {"force_error_end", "",
-     [](View v) -> Value {
-       return v.scene->control ? Value(mean(over(v, final_s(v), relative_force_error))) : Value();
-     },
+    {"force_error_end", kPlain,
+     [](View v) -> Value { return v.scene->control ? mean(over(v, final_s(v), relative_force_error)) : Value(); },
      "Error of the finger forces, as a share of the desired ones: mean over the last 0.3 s.", "final force error",
      "share of the desired forces", 15},
-    {"force_error_rms_N", "N",
-     [](View v) -> Value {
-       return v.scene->control ? Value(root_mean_square(over(v, kMeasuredFrom_s, force_error_rms_N))) : Value();
-     },
+    {"force_error_rms_N", kN,
+     [](View v) -> Value { return v.scene->control ? measured<root_mean_square, force_error_N>(v) : Value(); },
      "Root of the mean squared error of the finger forces, from 0.3 s on.", "", "", 16},
-    {"predicted_paper_law_error", "",
+    {"predicted_paper_law_error", kPlain,
      [](View v) -> Value {
        const std::optional<double>& error = v.recording->predicted_paper_law_error;
        return v.scene->control && error ? Value(*error) : Value();
@@ -484,218 +517,177 @@ constexpr RunMeasure kGrasp[] = {
      "predicted: (I + S)^-1 S f^d"}};
 
 constexpr RunMeasure kContacts[] = {
-    {"min", "", [](View v) -> Value { return whole(smallest(over(v, kMeasuredFrom_s, contacts))); },
+    {"min", kWhole, measured<smallest, &TickReport::contacts>,
      "Fewest contacts of a tick, from 0.3 s on, as the next three.", "", "", 17, "contacts_"},
-    {"median", "", [](View v) -> Value { return whole(quantile(over(v, kMeasuredFrom_s, contacts), 0.5)); },
-     "Median of the contacts.", "contacts, median", "", 18, "contacts_"},
-    {"max", "", [](View v) -> Value { return whole(largest(over(v, kMeasuredFrom_s, contacts))); },
-     "Most contacts of a tick.", "", "at the most:", 19, "contacts_"},
-    {"active_median", "",
-     [](View v) -> Value {
-       return whole(quantile(over(v, kMeasuredFrom_s, [](Tick t) { return t.contact.active; }), 0.5));
-     },
-     "Median of the contacts that carry force.", "  of them carrying force", "", 20, "contacts_"},
-    {"max_penetration_um", "um",
-     [](View v) -> Value { return 1e6 * largest(over_all(v, [](Tick t) { return t.contact.penetration_m; })); },
+    {"median", kWhole, measured<median, &TickReport::contacts>, "Median of the contacts.", "contacts, median", "", 18,
+     "contacts_"},
+    {"max", kWhole, measured<largest, &TickReport::contacts>, "Most contacts of a tick.", "", "at the most:", 19,
+     "contacts_"},
+    {"active_median", kWhole, measured<median, &TickReport::active>, "Median of the contacts that carry force.",
+     "  of them carrying force", "", 20, "contacts_"},
+    {"max_penetration_um", kUm, all<largest, &TickReport::penetration_m>,
      "Largest penetration of a pulp into the object.", "deepest penetration of a pulp", "", 21},
-    {"residual_p99", "", [](View v) -> Value { return quantile(over_all(v, residual), 0.99); },
-     "Natural-map residual that 99 % of the contact solves reach.", "contact residual, p99", "natural map", 22},
-    {"sweeps_median", "", [](View v) -> Value { return whole(quantile(over_all(v, sweeps), 0.5)); },
-     "Median of the sweeps of a contact solve.", "", "", 23},
-    {"sweeps_max", "", [](View v) -> Value { return whole(largest(over_all(v, sweeps))); },
-     "Most sweeps of a contact solve.", "", "", 24}};
+    {"residual_p99", kPlain, all<p99, residual>, "Natural-map residual that 99 % of the contact solves reach.",
+     "contact residual, p99", "natural map", 22},
+    {"sweeps_median", kWhole, all<median, sweeps>, "Median of the sweeps of a contact solve.", "", "", 23},
+    {"sweeps_max", kWhole, all<largest, sweeps>, "Most sweeps of a contact solve.", "", "", 24}};
 
 constexpr RunMeasure kFrames[] = {
-    {"handovers", "", [](View v) -> Value { return count(v, [](Tick t) { return t.contact.handed_over; }); },
-     "Hand-overs to a new frame.", "", "", 25},
-    {"held_ticks", "", [](View v) -> Value { return count(v, [](Tick t) { return t.contact.held; }); },
-     "Ticks that held the drive of a frame that was too old.", "ticks on the drive of an old frame", "", 26},
-    {"hold_transitions", "", [](View v) -> Value { return hold_transitions(v); }, "Times that this began or ended.", "",
-     "transitions:"}};
+    {"handovers", kPlain, count<&TickReport::handed_over>, "Hand-overs to a new frame.", "", "", 25},
+    {"held_ticks", kPlain, count<&TickReport::held>, "Ticks that held the drive of a frame that was too old.",
+     "ticks on the drive of an old frame", "", 26},
+    {"hold_transitions", kPlain, hold_transitions, "Times that this began or ended.", "", "transitions:"}};
 
 constexpr RunMeasure kEnergy[] = {
-    {"drive_J", "J", of_ledger<&Ledger::drive_J>, "Work of torques, weight, springs and input on the bodies.",
+    {"drive_J", kJ, ledger_term<&Ledger::drive_J>, "Work of torques, weight, springs and input on the bodies.",
      "energy of the drive"},
-    {"viscous_J", "J", of_ledger<&Ledger::viscous_J>, "Taken by the bodies' viscosities."},
-    {"deformation_J", "J", of_ledger<&Ledger::deformation_J>, "Work of the contact forces on pulps and a soft object."},
-    {"stored_J", "J", of_ledger<&Ledger::stored_J>, "Elastic energy in these at the end."},
-    {"injected_J", "J", of_ledger<&Ledger::injected_J>,
+    {"viscous_J", kJ, ledger_term<&Ledger::viscous_J>, "Taken by the bodies' viscosities."},
+    {"deformation_J", kJ, ledger_term<&Ledger::deformation_J>,
+     "Work of the contact forces on pulps and a soft object."},
+    {"stored_J", kJ, ledger_term<&Ledger::stored_J>, "Elastic energy in these at the end."},
+    {"injected_J", kJ, ledger_term<&Ledger::injected_J>,
      "Work of contacts that push their surfaces on: energy from nowhere.", "  that contact gave", "", 27},
-    {"dissipated_J", "J", of_ledger<&Ledger::dissipated_J>, "Taken by the other contacts, by friction above all.", "",
+    {"dissipated_J", kJ, ledger_term<&Ledger::dissipated_J>, "Taken by the other contacts, by friction above all.", "",
      "and took:", 28},
-    {"dropped_J", "J", of_ledger<&Ledger::dropped_J>,
+    {"dropped_J", kJ, ledger_term<&Ledger::dropped_J>,
      "Elastic energy of contacts that a new frame or tick no longer had."},
-    {"unbalanced_J", "J", [](View v) -> Value { return v.ledger->unbalanced_J(); }, "Error of the balance.",
+    {"unbalanced_J", kJ, [](View v) -> Value { return v.ledger->unbalanced_J(); }, "Error of the balance.",
      "  that the balance misses", "", 29}};
 
 constexpr RunMeasure kSolves[] = {
-    {"grasp_infeasible", "", [](View v) -> Value { return grasp_infeasible(v); },
-     "Ticks in which grasp forces do not exist.", "ticks without a solution", "grasp forces,", 31},
-    {"muscle_infeasible", "",
-     [](View v) -> Value { return count(v, [](Tick t) { return t.muscle == MuscleStatus::kInfeasible; }); },
-     "Ticks in which muscle forces do not exist.", "", "muscle forces:", 32},
-    {"unanswered", "",
-     [](View v) -> Value {
-       return count(
-           v, [](Tick t) { return t.grasp == GraspStatus::kBudgetSpent || t.muscle == MuscleStatus::kBudgetSpent; });
-     },
-     "Ticks in which one of them was not found.", "", "not found:", 33},
-    {"muscle_residual_max", "N m",
-     [](View v) -> Value { return largest(over_all(v, &TickRecord::muscle_residual_Nm)); },
+    {"grasp_infeasible", kPlain, grasp_infeasible, "Ticks in which grasp forces do not exist.",
+     "ticks without a solution", "grasp forces,", 31},
+    {"muscle_infeasible", kPlain, count<has_no_muscles>, "Ticks in which muscle forces do not exist.", "",
+     "muscle forces:", 32},
+    {"unanswered", kPlain, count<is_unanswered>, "Ticks in which one of them was not found.", "", "not found:", 33},
+    {"muscle_residual_max", kNm, all<largest, &TickRecord::muscle_residual_Nm>,
      "Largest difference between the muscles' torques and those asked for.", "muscle torque residual", "", 34}};
 
 constexpr RunMeasure kJoints[] = {
-    {"least_margin_rad", "rad", least_joint_margin, "Least distance to an end of a joint's range.",
+    {"least_margin_rad", kRad, joint_margin, "Least distance to an end of a joint's range.",
      "least distance to a joint's limit", "", 30, "joints_", &kTurning},
-    {"stop_max_Nm", "N m", largest_stop, "Largest moment of a stop at such an end.", "", "", 0, "", &kTurning},
-    {"least_margin_m", "m", least_joint_margin, "Least distance to an end of a slide.",
-     "least distance to a slide's end", "", 0, "", &kSliding},
-    {"stop_max_N", "N", largest_stop, "Largest force of a stop at such an end.", "", "", 0, "", &kSliding}};
+    {"stop_max_Nm", kNm, all<largest, stop>, "Largest moment of a stop at such an end.", "", "", 0, "", &kTurning},
+    {"least_margin_m", kM, joint_margin, "Least distance to an end of a slide.", "least distance to a slide's end", "",
+     0, "", &kSliding},
+    {"stop_max_N", kN, all<largest, stop>, "Largest force of a stop at such an end.", "", "", 0, "", &kSliding}};
 
 constexpr RunMeasure kMuscleForces[] = {
-    {"max_force_N", "N", [](View v) -> Value { return v.recording->muscle_forces_N.maxCoeff(); },
+    {"max_force_N", kN, [](View v) -> Value { return v.recording->muscle_forces_N.maxCoeff(); },
      "Largest force of a muscle.", "largest muscle force"},
-    {"max_activation", "", [](View v) -> Value { return largest_activation(v); },
-     "Largest force of a muscle over the largest that it has.", "  over the most a muscle has", "1: its limit"}};
-constexpr RunMeasure kNoForces[] = {{"muscles", "", [](View) -> Value { return {}; }, "Null."}};
+    {"max_activation", kPlain, activation, "Largest force of a muscle over the largest that it has.",
+     "  over the most a muscle has", "1: its limit"}};
+constexpr RunMeasure kNoForces[] = {{"muscles", kPlain, [](View) -> Value { return {}; }, "Null."}};
 
 constexpr RunMeasure kStages[] = {
-    {"find", "us", control_stage<&TickRecord::find_s>, "Contact finding.", "contact finding"},
-    {"assemble", "us",
-     [](View v) -> Value { return stage(v, false, [](Tick t) { return t.factors_s + t.contact.assemble_s; }); },
-     "The contacts' compliance.", "Delassus operator"},
-    {"solve", "us", [](View v) -> Value { return stage(v, false, [](Tick t) { return t.contact.solve_s; }); },
-     "Contact forces.", "contact forces"},
-    {"deform", "us", [](View v) -> Value { return stage(v, false, [](Tick t) { return t.contact.deform_s; }); },
-     "Deformation.", "deformation"},
-    {"interpolate", "us", [](View v) -> Value { return stage(v, false, &TickRecord::interpolate_s); },
+    {"find", kUs, stage<&TickRecord::find_s, true>, "Contact finding.", "contact finding"},
+    {"assemble", kUs, stage<assembly>, "The contacts' compliance.", "Delassus operator"},
+    {"solve", kUs, stage<&TickReport::solve_s>, "Contact forces.", "contact forces"},
+    {"deform", kUs, stage<&TickReport::deform_s>, "Deformation.", "deformation"},
+    {"interpolate", kUs, stage<&TickRecord::interpolate_s>,
      "Shown surfaces, in the 60 ticks a second that show fingertips.", "surface interpolation"},
-    {"contact_total", "us", contact_total,
+    {"contact_total", kUs, contact_total,
      "All of these, in control ticks, and the last shown surfaces, as the published computation shows them in every "
      "tick.",
      "contact computation, total", "published: 6, 10, 20 ms at 15, 30, 60 contacts"},
-    {"grasp_lcp", "us", control_stage<&TickRecord::grasp_s>, "Grasp forces.", "grasp forces",
+    {"grasp_lcp", kUs, stage<&TickRecord::grasp_s, true>, "Grasp forces.", "grasp forces",
      "published, by Lemke: 40 us"},
-    {"muscle_lcp", "us", control_stage<&TickRecord::muscle_s>, "Muscle forces.", "muscle forces"},
-    {"control_total", "us", control_stage<&TickRecord::control_s>, "The whole control tick.", "control tick, total"}};
+    {"muscle_lcp", kUs, stage<&TickRecord::muscle_s, true>, "Muscle forces.", "muscle forces"},
+    {"control_total", kUs, stage<&TickRecord::control_s, true>, "The whole control tick.", "control tick, total"}};
 
-constexpr RunMeasure kSpeed[] = {
-    {"real_time_factor", "",
-     [](View v) -> Value { return (ticks(v).empty() ? 0.0 : last_tick(v)->time_s) / v.recording->wall_s; },
-     "Simulated over wall time.", "times real time"}};
+constexpr RunMeasure kSpeed[] = {{"real_time_factor", kPlain,
+                                  [](View v) -> Value { return end_s(v) / v.recording->wall_s; },
+                                  "Simulated over wall time.", "times real time"}};
 
 constexpr RunMeasure kTouchMeasures[] = {
-    {"stick_min", "",
-     [](View v) -> Value { return least_of_fingers(v, [](Tick t, int k) { return t.touch[k].stick; }); },
+    {"stick_min", kPlain, least_sticking,
      "For each finger, from 0.3 s on: the least share of its loaded area that stuck.",
      "least share of a patch sticking"},
-    {"margin_true", "",
-     [](View v) -> Value {
-       return least_of_fingers(v, [&](Tick t, int k) {
-         return friction_margin(t.force[k], v.model->friction(t.time_s - v.scene->step_s));
-       });
-     },
+    {"margin_true", kPlain, true_margin,
      "Likewise, the least of 1 - T/(mu N) with its loads and the contacts' friction at the time.",
      "least margin without torsion"},
-    {"friction_felt", "",
-     [](View v) -> Value {
-       return each_finger(v, [&](int k) { return ticks(v).empty() ? kNever : last_tick(v)->reflex.friction[k]; });
-     },
-     "For each finger, the friction that the hand felt last.", "friction felt at the end", "", 0, "", &kFelt},
-    {"margin_felt", "",
-     [](View v) -> Value {
-       return least_of_fingers(v, [](Tick t, int k) { return friction_margin(t.force[k], t.reflex.friction[k]); });
-     },
+    {"friction_felt", kPlain, felt_friction, "For each finger, the friction that the hand felt last.",
+     "friction felt at the end", "", 0, "", &kFelt},
+    {"margin_felt", kPlain, felt_margin,
      "As `margin_true` with the friction that the hand had felt by then: below 0 if that was less than what bore the "
      "load.",
      "least margin by felt friction", "", 0, "", &kFelt}};
 
 constexpr RunMeasure kChosenStiffness[] = {
-    {"min_share", "", [](View v) -> Value { return smallest(chosen(v, &StiffnessReport::share)); },
+    {"min_share", kPlain, measured<smallest, chosen<&StiffnessReport::share>>,
      "Least share of the requested stiffness that was reached, from 0.3 s on.", "share of the stiffness asked for",
      "at the least; 1: all of it"},
-    {"max_squeeze_N", "N", [](View v) -> Value { return largest(chosen(v, &StiffnessReport::squeeze_N)); },
+    {"max_squeeze_N", kN, measured<largest, chosen<&StiffnessReport::squeeze_N>>,
      "Largest rise of the internal force for it, from 0.3 s on."},
-    {"unanswered", "", [](View v) -> Value { return unanswered_stiffness(v); },
+    {"unanswered", kPlain, unanswered_stiffness,
      "Control periods in which for some share neither forces nor a proof that none exist was found.",
      "  periods without an answer", "neither forces nor a proof that there are none"},
-    {"along_N_per_m", "N/m", [](View v) -> Value { return last_stiffness(v, 0); },
+    {"along_N_per_m", kNPerM, last_stiffness<0>,
      "Last chosen: the stiffness along the object's axes, through `centre`.", "  last chosen, along x, y, z"},
-    {"about_Nm_per_rad", "N m/rad", [](View v) -> Value { return last_stiffness(v, 3); }, "Likewise about these axes.",
-     "", "about them:"},
-    {"sum_N", "N",
+    {"about_Nm_per_rad", kNmPerRad, last_stiffness<3>, "Likewise about these axes.", "", "about them:"},
+    {"sum_N", kN,
      [](View v) -> Value { return v.recording->muscle_forces_N.rightCols(ticks(v).empty() ? 0 : 1).sum(); },
      "Sum of the muscles' forces at the end."}};
 
 constexpr RunMeasure kTouched[] = {
-    {"ticks_with_contact", "", [](View v) -> Value { return count(v, touches); }, "Ticks in which it bears force.",
-     "ticks in which it is touched"},
-    {"first_touch_s", "s", [](View v) -> Value { return time_of(first(v, touches)); }, "End of the first of these.", "",
-     "from"},
-    {"last_touch_s", "s", [](View v) -> Value { return time_of(last_touch(v)); }, "End of the last.", "", "to"},
-    {"lift_off_s", "s",
+    {"ticks_with_contact", kPlain, count<touches>, "Ticks in which it bears force.", "ticks in which it is touched"},
+    {"first_touch_s", kS, when_first<touches>, "End of the first of these.", "", "from"},
+    {"last_touch_s", kS, [](View v) -> Value { return last_touch_s(v); }, "End of the last.", "", "to"},
+    {"lift_off_s", kS,
      [](View v) -> Value {
-       const double last_s = time_of(last_touch(v));
+       const double last_s = last_touch_s(v);
        return !ticks(v).empty() && last_tick(v)->is_from(last_s + kUnloaded_s) ? last_s : kNever;
      },
      "The same, if 50 ms or more of the run follow.", "lifted off it"},
-    {"ticks_wedged", "", [](View v) -> Value { return count(v, is_wedged); },
+    {"ticks_wedged", kPlain, count<&EnvironmentReport::wedged>,
      "Ticks in which the line through two sticking contacts lay in both friction cones.", "ticks in which it wedges"},
-    {"first_wedged_s", "s", [](View v) -> Value { return time_of(first(v, is_wedged)); }, "End of the first of these.",
-     "", "from"},
-    {"wedged_depth_mm", "mm", [](View v) -> Value { return 1e3 * wedged_depth_m(v); },
-     "Depth of a cylinder's end below the plate of a hole then, to 0.1 mm.", "", "on, at a depth of"},
-    {"max_normal_N", "N",
-     [](View v) -> Value { return largest(over_all(v, [](Tick t) { return t.contact.environment.normal_N; })); },
-     "Largest sum of its normal forces.", "largest normal force"},
-    {"min_vertical_N", "N", [](View v) -> Value { return smallest(vertical_N(v)); },
-     "Least force on the object against `gravity`, of ticks with contact.", "least vertical force on the object"},
-    {"max_vertical_N", "N", [](View v) -> Value { return largest(vertical_N(v)); }, "The largest.", "", "the largest:"},
-    {"max_penetration_um", "um",
-     [](View v) -> Value {
-       return 1e6 * largest(over_all(v, [](Tick t) { return t.contact.environment.penetration_m; }));
-     },
+    {"first_wedged_s", kS, when_first<&EnvironmentReport::wedged>, "End of the first of these.", "", "from"},
+    {"wedged_depth_mm", kMm, wedged_depth, "Depth of a cylinder's end below the plate of a hole then, to 0.1 mm.", "",
+     "on, at a depth of"},
+    {"max_normal_N", kN, all<largest, &EnvironmentReport::normal_N>, "Largest sum of its normal forces.",
+     "largest normal force"},
+    {"min_vertical_N", kN, vertical<smallest>, "Least force on the object against `gravity`, of ticks with contact.",
+     "least vertical force on the object"},
+    {"max_vertical_N", kN, vertical<largest>, "The largest.", "", "the largest:"},
+    {"max_penetration_um", kUm, all<largest, &EnvironmentReport::penetration_m>,
      "Largest deformation between object and body.", "deepest penetration"}};
 
-constexpr RunMeasure kPhases[] = {
-    {"phase", "", [](View v) -> Value { return to_string(kind(v)); }, "Name of a phase.", "phase"},
-    {"from_s", "s", [](View v) -> Value { return phase_ticks(v).empty() ? kNever : phase_ticks(v).front().time_s; },
+constexpr RunMeasure kPhaseRows[] = {
+    {"phase", kPlain, [](View v) -> Value { return to_string(kind(v)); }, "Name of a phase.", "phase"},
+    {"from_s", kS, [](View v) -> Value { return phase_ticks(v).empty() ? kNever : phase_ticks(v).front().time_s; },
      "When it began.", "", "from"},
-    {"until_s", "s",
+    {"until_s", kS,
      [](View v) -> Value {
        const bool has_ended = !phase_ticks(v).empty() && last_tick(v)->phase > static_cast<int>(v.item);
        return has_ended ? phase_ticks(v).back().time_s : kNever;
      },
      "When it ended.", "", "to"},
-    {"grip_load_correlation", "", grip_load_correlation,
+    {"grip_load_correlation", kPlain, grip_load_correlation,
      "Correlation of the sum of the fingers' normal forces and the weight that they bore.",
      "  correlation of grip and load", "", 0, "", &kLoads},
-    {"lift_off.at_s", "s", [](View v) -> Value { return time_of(lift_off(v)); },
+    {"lift_off.at_s", kS, [](View v) -> Value { return time_of(lift_off(v)); },
      "When nothing else bore the object any more.", "  the object came off at", "", 0, "", &kLifts},
-    {"lift_off.borne_N", "N", [](View v) -> Value { return lift_off(v) != nullptr ? lift_off(v)->borne_N : kNever; },
+    {"lift_off.borne_N", kN, [](View v) -> Value { return lift_off(v) != nullptr ? lift_off(v)->borne_N : kNever; },
      "What the fingers bore then.", "", "the fingers bore", 0, "", &kLifts},
-    {"lift_off.largest_step_um", "um", [](View v) -> Value { return 1e6 * largest_step_m(v); },
-     "The object's largest displacement in a tick within 10 ms of it.", "", "", 0, "", &kLifts}};
-constexpr RunMeasure kWeight[] = {{"weight_N", "N",
+    {"lift_off.largest_step_um", kUm, largest_step, "The object's largest displacement in a tick within 10 ms of it.",
+     "", "", 0, "", &kLifts}};
+constexpr RunMeasure kWeight[] = {{"weight_N", kN,
                                    [](View v) -> Value { return v.scene->object.mass_kg * v.scene->gravity.norm(); },
                                    "Weight of the object.", "weight of the object"}};
 
 constexpr RunMeasure kAnswers[] = {
-    {"events.load", "",
-     [](View v) -> Value { return count(v, [](Tick t) { return answer(t) == ReflexEvent::kLoad; }); },
-     "How often the grip began to answer a load.", "answers to loads"},
-    {"events.slip", "",
-     [](View v) -> Value { return count(v, [](Tick t) { return answer(t) == ReflexEvent::kSlip; }); },
-     "How often it began to answer a slip.", "", "to slips:"},
-    {"onset_ms", "ms", [](View v) -> Value { return 1e3 * onset_s(v); },
+    {"events.load", kPlain, count<answers<ReflexEvent::kLoad>>, "How often the grip began to answer a load.",
+     "answers to loads"},
+    {"events.slip", kPlain, count<answers<ReflexEvent::kSlip>>, "How often it began to answer a slip.", "",
+     "to slips:"},
+    {"onset_ms", kMs, [](View v) -> Value { return onset_s(v); },
      "Time from the task's first push or change of friction to the end of the tick in which the first answer began.",
      "  the first one after"},
-    {"slip_mm", "mm", [](View v) -> Value { return 1e3 * answered_slip_m(v); },
+    {"slip_mm", kMm, answered_slip,
      "How far the finger that slipped most slid from then until the answer's pulse, or the run, was over.", "",
      "with a slip of"}};
 
 constexpr RunMeasure kChatter[] = {
-    {"force_chatter", "", [](View v) -> Value { return v.verdict->force_chatter; },
+    {"force_chatter", kPlain, of_verdict<&Verdict::force_chatter>,
      "How much of a finger's force changes to and fro from tick to tick, over the last 0.3 s.", "", "", 35}};
 
 std::size_t beyond(View v) { return v.verdict->beyond.size(); }
@@ -710,7 +702,7 @@ constexpr auto kSections =
                                    {"object", Heading::kAccuracy, &kRun, kObject},
                                    {"grasp", Heading::kGrasp, &kVerdict, kOutcome},
                                    {"grasp.beyond", Heading::kGrasp, &kVerdict, kBeyond, beyond},
-                                   {"grasp", Heading::kGrasp, &kRun, kGrasp},
+                                   {"grasp", Heading::kGrasp, &kRun, kGripRows},
                                    {"contacts", Heading::kGrasp, &kRun, kContacts},
                                    {"frames", Heading::kAccuracy, &kRun, kFrames},
                                    {"ledger", Heading::kAccuracy, &kLedger, kEnergy},
@@ -723,7 +715,7 @@ constexpr auto kSections =
                                    {"touch", Heading::kGrasp, &kTouch, kTouchMeasures},
                                    {"stiffness", Heading::kGrasp, &kStiffness, kChosenStiffness},
                                    {"environment", Heading::kEnvironment, &kEnvironment, kTouched},
-                                   {"task.phases", Heading::kTask, &kTask, kPhases, phases},
+                                   {"task.phases", Heading::kTask, &kTask, kPhaseRows, phases},
                                    {"task", Heading::kTask, &kTask, kWeight},
                                    {"reflex", Heading::kGrasp, &kReflex, kAnswers},
                                    {"", Heading::kSweepAlone, &kVerdict, kChatter}});
@@ -737,6 +729,17 @@ RunView view_of(const Model& model, const Recording& recording) {
           .recording = &recording,
           .verdict = &recording.verdict,
           .ledger = recording.ticks.empty() ? &kNothing : &recording.ticks.back().ledger};
+}
+
+MeasureValue RunMeasure::value(const RunView& view) const {
+  MeasureValue value = si(view);
+  if (auto* const number = std::get_if<double>(&value)) {
+    *number *= unit.factor;
+    if (unit.whole) return std::isnan(*number) ? MeasureValue() : MeasureValue(std::lround(*number));
+  } else if (auto* const numbers = std::get_if<std::vector<double>>(&value)) {
+    for (double& one : *numbers) one *= unit.factor;
+  }
+  return value;
 }
 
 std::span<const MeasureSection> measure_sections() { return kSections; }

@@ -28,7 +28,7 @@ struct RunView {
 /// All of a run, in memory that the model and the recording own.
 [[nodiscard]] RunView view_of(const Model& model, const Recording& recording);
 
-/// Nothing where a run has no such number; NaN where nothing was measured. Percentiles are those of a stage [us].
+/// Nothing where a run has no such number; NaN where nothing was measured.
 using MeasureValue = std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<double>,
                                   std::vector<std::string>, Percentiles>;
 
@@ -38,9 +38,17 @@ struct Runs {
   std::string_view which;  ///< "of scenes with an environment"; empty: all.
 };
 
+/// What an SI number is shown in: times the factor; as a whole number, which is nothing where none was measured.
+struct Unit {
+  std::string_view name = {};
+  double factor = 1.0;
+  bool whole = false;
+};
+
 struct RunMeasure {
-  std::string_view key, unit;  ///< In its section; a dot is an object within. Unit: empty for a plain number.
-  MeasureValue (*value)(const RunView&);
+  std::string_view key;  ///< In its section; a dot is an object within.
+  const Unit& unit;
+  MeasureValue (*si)(const RunView&);  ///< In SI units.
   std::string_view sentence;
   /// In the printed table: a line with this label, or without one the end of the line before; without both nothing.
   std::string_view label = {}, remark = {};
@@ -49,6 +57,7 @@ struct RunMeasure {
   const Runs* runs = nullptr;  ///< Null: all that have the section.
 
   [[nodiscard]] bool is_in(const RunView& view) const { return runs == nullptr || runs->have(view); }
+  [[nodiscard]] MeasureValue value(const RunView& view) const;  ///< In its unit.
   [[nodiscard]] std::string column_name() const { return std::string(prefix).append(key); }
 };
 

@@ -17,6 +17,7 @@ namespace thenar {
 
 /// A ledger's terms, and what is missing from its balance [J].
 [[nodiscard]] nlohmann::ordered_json ledger_json(const Ledger& ledger);
+
 /// A verdict: {"outcome", "reason", "held", "lost_at_s", "beyond": what limits were passed, and by how much}.
 [[nodiscard]] nlohmann::ordered_json verdict_json(const Verdict& verdict);
 
@@ -25,6 +26,7 @@ namespace thenar {
 
 /// The measures of a run, as summary.json has them.
 [[nodiscard]] nlohmann::ordered_json summary_json(const std::vector<MeasuredSection>& measures);
+/// The same of a run that has just ended.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
 }  // namespace thenar

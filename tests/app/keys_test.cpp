@@ -60,6 +60,7 @@ void expect_current(const fs::path& file, const std::string& command) {
 
 TEST(KeysProgram, ThePageOfKeysIsCurrent) { expect_current("docs/reference/scene.md", "keys --markdown"); }
 TEST(FieldsProgram, ThePageOfFieldsIsCurrent) { expect_current("docs/reference/fields.md", "fields"); }
+TEST(FieldsProgram, ThePageOfMeasuresIsCurrent) { expect_current("docs/reference/measures.md", "fields --measures"); }
 
 // Python's stub has these fields and no other. Three names mean more there: they are bound by hand.
 TEST(FieldsProgram, TheStubIsCurrent) {
