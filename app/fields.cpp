@@ -101,10 +101,12 @@ std::string fields_as_stub() {
 
 std::string measures_as_markdown() {
   std::string page =
-      "# The measures of a run\n\nThis page is written by `thenar fields --measures`, from the rows in "
-      "`engine/results/run_measures.cpp` that `summary.json`,\nthe printed table and the columns of `rows.csv` are "
-      "made of. A dot is an object within; `[]` is a list with an object for\neach. What was not measured is `null`. "
-      "A measure with a condition is in runs that fulfil it.\n\n"
+      "# The measures of a run\n\n"
+      "This page is written by `thenar fields --measures`, from the rows in `engine/results/run_measures.cpp`, of\n"
+      "which `summary.json`, the printed table and the columns of `rows.csv` are made. A dot is an object within; "
+      "`[]`\n"
+      "is a list with an object for each. A stage is an object with `p50_us` and `p99_us`, over the ticks that ran\n"
+      "it. What was not measured is `null`. A measure with a condition is in runs that fulfil it.\n\n"
       "| in `summary.json` | unit | in `rows.csv` | |\n|---|---|---|---|\n";
   for (const MeasureSection& section : measure_sections()) {
     const std::string within = std::string(section.key) + (section.items != nullptr ? "[]" : "");

@@ -28,7 +28,7 @@ struct Cell {
   std::string operator()(double number) const { return cell(number); }
   std::string operator()(const std::string& text) const { return text; }
   std::string operator()(const std::vector<std::string>& texts) const {
-    return fmt::format("{}", fmt::join(texts, "; "));
+    return fmt::format("{}", fmt::join(texts, fmt::format("\n{:39}", "")));  // One below the other.
   }
   std::string operator()(const std::vector<double>& numbers) const {
     std::string all;
@@ -45,8 +45,9 @@ std::string printed(const RunMeasure& measure, const MeasureValue& value) {
   std::string text = std::visit(Cell{}, value);
   if (text.empty()) return "";
   if (text != "-" && !measure.unit.name.empty()) text.append(" ").append(measure.unit.name);
-  if (!measure.label.empty()) return fmt::format("\n  {:<36} {:>15}  {}", measure.label, text, measure.remark);
-  return measure.remark.empty() || text == "-" ? "" : fmt::format(" {} {}", measure.remark, text);
+  const std::string line = measure.label.empty() ? "" : fmt::format("\n  {:<36} {:>15}", measure.label, text);
+  if (measure.remark.empty() || (line.empty() && text == "-")) return line;
+  return fmt::format("{}  {}{}", line, measure.remark, line.empty() ? " " + text : "");
 }
 
 /// The lines of a heading; nothing if there are none.

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 namespace {
 
 using View = const RunView&;
-using Tick = const TickRecord&;
+using TickRef = const TickRecord&;
 using Value = MeasureValue;
 using Values = std::vector<double>;
 constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
@@ -43,17 +43,17 @@ double end_s(View v) { return ticks(v).empty() ? 0.0 : last_tick(v)->time_s; }
 double final_s(View v) { return ticks(v).empty() ? 0.0 : end_s(v) - kFinalWindow_s; }
 
 // A part of a tick, or what a function says of it.
-double of(Tick tick, double TickRecord::*part) { return tick.*part; }
+double of(TickRef tick, double TickRecord::*part) { return tick.*part; }
 template <typename T>
-T of(Tick tick, T TickReport::*part) {
+T of(TickRef tick, T TickReport::*part) {
   return tick.contact.*part;
 }
 template <typename T>
-T of(Tick tick, T EnvironmentReport::*part) {
+T of(TickRef tick, T EnvironmentReport::*part) {
   return tick.contact.environment.*part;
 }
 template <typename Get>
-auto of(Tick tick, Get get) -> decltype(get(tick)) {
+auto of(TickRef tick, Get get) -> decltype(get(tick)) {
   return get(tick);
 }
 
@@ -61,7 +61,7 @@ auto of(Tick tick, Get get) -> decltype(get(tick)) {
 template <bool kHeld = false, typename Get>
 Values over(View v, double from_s, Get get) {
   Values values;
-  for (Tick tick : ticks(v)) {
+  for (TickRef tick : ticks(v)) {
     if (tick.is_from(from_s) && (tick.holds || !kHeld)) values.push_back(static_cast<double>(of(tick, get)));
   }
   return values;
@@ -101,7 +101,7 @@ Value held_at_end(View v) {
 template <auto Reduce, auto Get, bool kMeasured = true>
 Value among_fingers(View v) {
   Values values;
-  for (Tick tick : ticks(v)) {
+  for (TickRef tick : ticks(v)) {
     if (tick.is_measured() == kMeasured) values.insert(values.end(), (tick.*Get).begin(), (tick.*Get).end());
   }
   return Reduce(values);
@@ -116,16 +116,16 @@ Value most_at_end(View v) {
 }
 template <auto Is>
 Value count(View v) {
-  return std::ranges::count_if(ticks(v), [](Tick tick) { return of(tick, Is); });
+  return std::ranges::count_if(ticks(v), [](TickRef tick) { return of(tick, Is); });
 }
 template <auto Is>
 Value when_first(View v) {
-  return time_of(first(v, [](Tick tick) { return of(tick, Is); }));
+  return time_of(first(v, [](TickRef tick) { return of(tick, Is); }));
 }
 /// Of the ticks that ran a stage; some count it in control ticks alone.
 template <auto Get, bool kControlled = false>
 Value stage(View v) {
-  Values us = over(v, 0.0, [](Tick tick) { return tick.controlled || !kControlled ? 1e6 * of(tick, Get) : 0.0; });
+  Values us = over(v, 0.0, [](TickRef tick) { return tick.controlled || !kControlled ? 1e6 * of(tick, Get) : 0.0; });
   std::erase_if(us, [](double one) { return !(one > 0.0); });
   return percentiles(std::move(us));
 }
@@ -151,43 +151,43 @@ Value text(View /*v*/) {
 }
 
 // Numbers of a tick.
-Vector3d position_error(Tick tick) { return tick.position_m - tick.target_m; }
-double distance(Tick tick) { return position_error(tick).norm(); }
+Vector3d position_error(TickRef tick) { return tick.position_m - tick.target_m; }
+double distance(TickRef tick) { return position_error(tick).norm(); }
 /// Mean over the fingers of |f^d - f| / |f^d|.
-double relative_force_error(Tick tick) {
+double relative_force_error(TickRef tick) {
   double sum = 0.0;
   for (std::size_t k = 0; k < tick.force_error_N.size(); ++k) {
     sum += tick.force_error_N[k] / std::hypot(tick.force_desired[k].normal_N, tick.force_desired[k].tangential_N);
   }
   return sum / static_cast<double>(tick.force_error_N.size());
 }
-double force_error_N(Tick tick) { return root_mean_square({tick.force_error_N.begin(), tick.force_error_N.end()}); }
-double stop(Tick tick) { return tick.contact.stop_Nm.cwiseAbs().maxCoeff(); }
-double assembly(Tick tick) { return tick.factors_s + tick.contact.assemble_s; }
-int sweeps(Tick tick) { return tick.contact.solve.sweeps; }
-double residual(Tick tick) {
+double force_error_N(TickRef tick) { return root_mean_square({tick.force_error_N.begin(), tick.force_error_N.end()}); }
+double stop(TickRef tick) { return tick.contact.stop_Nm.cwiseAbs().maxCoeff(); }
+double assembly(TickRef tick) { return tick.factors_s + tick.contact.assemble_s; }
+int sweeps(TickRef tick) { return tick.contact.solve.sweeps; }
+double residual(TickRef tick) {
   const bool touches = tick.contact.contacts > 0 || tick.contact.environment.contacts > 0;
   return touches ? tick.contact.solve.residual : kNever;
 }
 template <auto Part>
-double chosen(Tick tick) {
+double chosen(TickRef tick) {
   return tick.stiffness.now && tick.stiffness.now->report.is_chosen ? tick.stiffness.now->report.*Part : kNever;
 }
-bool has_no_grasp(Tick tick) { return tick.grasp == GraspStatus::kInfeasible; }
-bool has_no_muscles(Tick tick) { return tick.muscle == MuscleStatus::kInfeasible; }
-bool is_unanswered(Tick tick) {
+bool has_no_grasp(TickRef tick) { return tick.grasp == GraspStatus::kInfeasible; }
+bool has_no_muscles(TickRef tick) { return tick.muscle == MuscleStatus::kInfeasible; }
+bool is_unanswered(TickRef tick) {
   return tick.grasp == GraspStatus::kBudgetSpent || tick.muscle == MuscleStatus::kBudgetSpent;
 }
-bool touches(Tick tick) { return tick.contact.environment.active > 0; }
+bool touches(TickRef tick) { return tick.contact.environment.active > 0; }
 template <ReflexEvent kEvent>
-bool answers(Tick tick) {
+bool answers(TickRef tick) {
   return tick.controlled && tick.reflex.event == kEvent;
 }
 
 // Numbers of a run.
 Value off_axis(View v) {
   const Vector3d axis = v.scene->task.translate ? v.scene->task.translate->axis : Vector3d::Zero();
-  return largest(over<true>(v, kMeasuredFrom_s, [&](Tick tick) {
+  return largest(over<true>(v, kMeasuredFrom_s, [&](TickRef tick) {
     const Vector3d error = position_error(tick);
     return (error - error.dot(axis) * axis).norm();
   }));
@@ -195,7 +195,7 @@ Value off_axis(View v) {
 Value hold_transitions(View v) {
   std::int64_t transitions = 0;
   bool held = false;
-  for (Tick tick : ticks(v)) {
+  for (TickRef tick : ticks(v)) {
     transitions += tick.contact.held != held ? 1 : 0;
     held = tick.contact.held;
   }
@@ -208,7 +208,7 @@ Value grasp_infeasible(View v) {
   return count<has_no_grasp>(v);
 }
 Value joint_margin(View v) {
-  return smallest(over(v, 0.0, [&](Tick tick) {
+  return smallest(over(v, 0.0, [&](TickRef tick) {
     Values of_joints;
     for (Eigen::Index i = 0; i < tick.q_rad.size(); ++i) {
       const Joint& joint = v.scene->hand.joints[i];
@@ -229,7 +229,7 @@ Value activation(View v) {
 Value contact_total(View v) {
   Values us;
   double shown_s = 0.0;
-  for (Tick tick : ticks(v)) {
+  for (TickRef tick : ticks(v)) {
     if (tick.interpolate_s > 0.0) shown_s = tick.interpolate_s;
     const double total_s = tick.contact_total_s() - tick.interpolate_s + shown_s;
     if (tick.controlled && total_s > 0.0) us.push_back(1e6 * total_s);
@@ -240,22 +240,22 @@ Value contact_total(View v) {
 template <typename Get>
 Value least_of_fingers(View v, Get get) {
   return each_finger(
-      v, [&](int k) { return smallest(over(v, kMeasuredFrom_s, [&](Tick tick) { return get(tick, k); })); });
+      v, [&](int k) { return smallest(over(v, kMeasuredFrom_s, [&](TickRef tick) { return get(tick, k); })); });
 }
 Value least_sticking(View v) {
-  return least_of_fingers(v, [](Tick tick, int k) { return tick.touch[k].stick; });
+  return least_of_fingers(v, [](TickRef tick, int k) { return tick.touch[k].stick; });
 }
 /// What of friction is to spare at a load, torsion left out; NaN without load.
 double friction_margin(const NormalTangential& load, double mu) {
   return load.normal_N > 0.0 ? 1.0 - load.tangential_N / (mu * load.normal_N) : kNever;
 }
 Value true_margin(View v) {
-  return least_of_fingers(v, [&](Tick tick, int k) {
+  return least_of_fingers(v, [&](TickRef tick, int k) {
     return friction_margin(tick.force[k], v.model->friction(tick.time_s - v.scene->step_s));
   });
 }
 Value felt_margin(View v) {
-  return least_of_fingers(v, [](Tick t, int k) { return friction_margin(t.force[k], t.reflex.friction[k]); });
+  return least_of_fingers(v, [](TickRef t, int k) { return friction_margin(t.force[k], t.reflex.friction[k]); });
 }
 Value felt_friction(View v) {
   return each_finger(v, [&](int k) { return ticks(v).empty() ? kNever : last_tick(v)->reflex.friction[k]; });
@@ -263,7 +263,7 @@ Value felt_friction(View v) {
 Value unanswered_stiffness(View v) {
   std::int64_t unanswered = 0;
   const StiffnessRecord* before = nullptr;
-  for (Tick tick : ticks(v)) {
+  for (TickRef tick : ticks(v)) {
     // The ticks of a frame share what its control tick found.
     const StiffnessRecord* const now = tick.stiffness.now.get();
     unanswered += now != nullptr && now != before && now->report.is_unanswered ? 1 : 0;
@@ -287,14 +287,14 @@ double last_touch_s(View v) {
 template <auto Reduce>
 Value vertical(View v) {
   const Vector3d up = -v.scene->gravity.normalized();  // Zero without gravity: then nothing is vertical.
-  return Reduce(over(v, 0.0, [&](Tick tick) {
+  return Reduce(over(v, 0.0, [&](TickRef tick) {
     return touches(tick) && !up.isZero() ? up.dot(tick.contact.environment.wrench.head<3>()) : kNever;
   }));
 }
 /// How deep the end of the scene's peg is below the plate of its hole as it first wedges; NaN without these. It is as
 /// if the object had kept its start's rotation: of 60 mm, 5 degrees make 0.1 mm.
 Value wedged_depth(View v) {
-  const TickRecord* const tick = first(v, [](Tick t) { return t.contact.environment.wedged; });
+  const TickRecord* const tick = first(v, [](TickRef t) { return t.contact.environment.wedged; });
   const auto* peg = std::get_if<CylinderShape>(&v.scene->object.shape);
   const std::vector<EnvironmentBody>& bodies = v.scene->environment->bodies;
   const auto hole = std::ranges::find_if(
@@ -314,7 +314,7 @@ std::span<const TickRecord> phase_ticks(View v) {
 Phase::Kind kind(View v) { return v.scene->task.phases[v.item].kind; }
 bool loads(View v) { return kind(v) == Phase::Kind::kLoad && !phase_ticks(v).empty(); }
 bool lifts(View v) { return loads(v) && touches(phase_ticks(v).front()); }
-double grip_N(Tick tick) {
+double grip_N(TickRef tick) {
   double sum_N = 0.0;
   for (const NormalTangential& force : tick.force) sum_N += force.normal_N;
   return sum_N;
@@ -322,7 +322,7 @@ double grip_N(Tick tick) {
 /// Pearson's, of grip and load.
 Value grip_load_correlation(View v) {
   double n = 0.0, g = 0.0, l = 0.0, gg = 0.0, ll = 0.0, gl = 0.0;
-  for (Tick tick : phase_ticks(v)) {
+  for (TickRef tick : phase_ticks(v)) {
     const double grip = grip_N(tick), load = tick.borne_N;
     n += 1.0, g += grip, l += load, gg += grip * grip, ll += load * load, gl += grip * load;
   }
@@ -341,7 +341,7 @@ Value largest_step(View v) {
   if (off == nullptr) return kNever;
   double most_m = 0.0;
   for (std::size_t i = 1; i < ticks(v).size(); ++i) {
-    Tick tick = ticks(v)[i];
+    TickRef tick = ticks(v)[i];
     const bool is_near = tick.time_s > off->time_s - kAround_s && tick.time_s < off->time_s + kAround_s;
     if (is_near) most_m = std::max(most_m, (tick.position_m - ticks(v)[i - 1].position_m).norm());
   }
@@ -358,7 +358,7 @@ double disturbed_s(View v) {
 /// How late the first answer came.
 double onset_s(View v) {
   const double from_s = disturbed_s(v);
-  const auto is_answer = [&](Tick t) {
+  const auto is_answer = [&](TickRef t) {
     return t.is_from(from_s + v.scene->step_s) && t.controlled && t.reflex.event != ReflexEvent::kNone;
   };
   return time_of(first(v, is_answer)) - from_s;
@@ -368,7 +368,7 @@ Value answered_slip(View v) {
   const double from_s = disturbed_s(v), until_s = onset_s(v) + v.scene->control->reflex->pulse_s;
   double slip_m = kNever;
   PerFinger<double> before_m(v.model->fingers());
-  for (Tick tick : ticks(v)) {
+  for (TickRef tick : ticks(v)) {
     if (!tick.is_from(from_s + v.scene->step_s)) {
       before_m = tick.slip_m;
       continue;
@@ -430,7 +430,7 @@ constexpr RunMeasure kSettings[] = {
     {"tolerance", kPlain, [](View v) -> Value { return v.scene->contact.tolerance; },
      "Residual at which a contact solve stops.", "a contact solve stops at residual"},
     {"max_sweeps", kPlain, [](View v) -> Value { return v.scene->contact.max_sweeps; },
-     "Sweeps after which it stops, too.", "", "or sweeps:"},
+     "Sweeps after which it stops without one.", "", "or sweeps:"},
     {"grasp_method", kPlain,
      [](View v) -> Value { return v.scene->control ? Value(grasp_method(v.scene->control->cone)) : Value(); },
      "How the grasp forces are computed.", "grasp forces by"},
@@ -528,7 +528,7 @@ constexpr RunMeasure kContacts[] = {
     {"max_penetration_um", kUm, all<largest, &TickReport::penetration_m>,
      "Largest penetration of a pulp into the object.", "deepest penetration of a pulp", "", 21},
     {"residual_p99", kPlain, all<p99, residual>, "Natural-map residual that 99 % of the contact solves reach.",
-     "contact residual, p99", "natural map", 22},
+     "contact residual, p99", "", 22},
     {"sweeps_median", kWhole, all<median, sweeps>, "Median of the sweeps of a contact solve.", "", "", 23},
     {"sweeps_max", kWhole, all<largest, sweeps>, "Most sweeps of a contact solve.", "", "", 24}};
 
@@ -556,7 +556,7 @@ constexpr RunMeasure kEnergy[] = {
 
 constexpr RunMeasure kSolves[] = {
     {"grasp_infeasible", kPlain, grasp_infeasible, "Ticks in which grasp forces do not exist.",
-     "ticks without a solution", "grasp forces,", 31},
+     "ticks without grasp forces", "", 31},
     {"muscle_infeasible", kPlain, count<has_no_muscles>, "Ticks in which muscle forces do not exist.", "",
      "muscle forces:", 32},
     {"unanswered", kPlain, count<is_unanswered>, "Ticks in which one of them was not found.", "", "not found:", 33},
@@ -575,7 +575,7 @@ constexpr RunMeasure kMuscleForces[] = {
     {"max_force_N", kN, [](View v) -> Value { return v.recording->muscle_forces_N.maxCoeff(); },
      "Largest force of a muscle.", "largest muscle force"},
     {"max_activation", kPlain, activation, "Largest force of a muscle over the largest that it has.",
-     "  over the most a muscle has", "1: its limit"}};
+     "  over the most a muscle has"}};
 constexpr RunMeasure kNoForces[] = {{"muscles", kPlain, [](View) -> Value { return {}; }, "Null."}};
 
 constexpr RunMeasure kStages[] = {
@@ -614,13 +614,13 @@ constexpr RunMeasure kTouchMeasures[] = {
 
 constexpr RunMeasure kChosenStiffness[] = {
     {"min_share", kPlain, measured<smallest, chosen<&StiffnessReport::share>>,
-     "Least share of the requested stiffness that was reached, from 0.3 s on.", "share of the stiffness asked for",
-     "at the least; 1: all of it"},
+     "Least share of the requested stiffness that was reached, from 0.3 s on.",
+     "least share of the stiffness asked for"},
     {"max_squeeze_N", kN, measured<largest, chosen<&StiffnessReport::squeeze_N>>,
      "Largest rise of the internal force for it, from 0.3 s on."},
     {"unanswered", kPlain, unanswered_stiffness,
      "Control periods in which for some share neither forces nor a proof that none exist was found.",
-     "  periods without an answer", "neither forces nor a proof that there are none"},
+     "  periods without an answer"},
     {"along_N_per_m", kNPerM, last_stiffness<0>,
      "Last chosen: the stiffness along the object's axes, through `centre`.", "  last chosen, along x, y, z"},
     {"about_Nm_per_rad", kNmPerRad, last_stiffness<3>, "Likewise about these axes.", "", "about them:"},
