@@ -198,8 +198,8 @@ std::string verdict(const WakeUps& wake_ups) {
     const double period_us = 1000.0 / kRates_kHz[kept];
     return fmt::format(
         "This machine can keep contact at {:g} kHz: 99 % of the ticks start within half of their period, {:g} of {:g} "
-        "us.\nInto the other half must fit `contact: compute` of run --realtime and profile, also for 99 % of the "
-        "ticks; into the\ncontrol period must fit `control: whole tick`.",
+        "us.\nInto the other half must fit `contact: compute` of run --realtime, also for 99 % of the ticks; "
+        "into the\ncontrol period must fit `control: whole tick`.",
         kRates_kHz[kept], 0.5 * period_us, period_us);
   }
   return fmt::format(

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "engine/finder/grasp_measures.h"
 #include "engine/results/contact_fields.h"
 #include "engine/results/run_measures.h"
 #include "engine/results/tick_fields.h"
@@ -59,6 +60,16 @@ std::string_view lists_of(const TickField& field) {
   return field.is_in_python() ? "all but signals.csv" : "messages";
 }
 
+/// "`width`, mm".
+std::string shown_as(const GraspMeasure& measure) {
+  if (measure.shown.empty()) return "";
+  return fmt::format("`{}`{}{}", measure.shown, measure.shown_unit.empty() ? "" : ", ", measure.shown_unit);
+}
+
+void add_property(std::string_view name, std::string_view type, std::string& lines) {
+  fmt::format_to(std::back_inserter(lines), "    @property\n    def {}(self) -> {}: ...\n", name, type);
+}
+
 }  // namespace
 
 std::string fields_as_markdown() {
@@ -85,6 +96,14 @@ std::string fields_as_markdown() {
     fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} |\n", field.name, field.count, field.unit,
                    sentence_of(field));
   }
+  page +=
+      "\n## The measures of a found grasp\n\nMessages and Python have them by their names. The table of `thenar grasp` "
+      "and the window show them by other\nnames, in other units. Measures that are shown by one name share a column: "
+      "it has the first one that the grasp has.\n\n| measure | unit | shown as | |\n|---|---|---|---|\n";
+  for (const GraspMeasure& measure : grasp_measures()) {
+    fmt::format_to(std::back_inserter(page), "| `{}` | {} | {} | {} |\n", measure.name, measure.unit, shown_as(measure),
+                   measure.sentence);
+  }
   return page;
 }
 
@@ -94,8 +113,10 @@ std::string fields_as_stub() {
     if (!field.is_in_python()) continue;
     const std::string_view type = of_in_words(field).type;
     const std::string optional = field.from == From::kState ? fmt::format("Optional[{}]", type) : std::string(type);
-    fmt::format_to(std::back_inserter(lines), "    @property\n    def {}(self) -> {}: ...\n", field.name, optional);
+    add_property(field.name, optional, lines);
   }
+  lines += '\n';
+  for (const GraspMeasure& measure : grasp_measures()) add_property(measure.name, "float", lines);
   return lines;
 }
 

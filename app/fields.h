@@ -4,12 +4,13 @@
 
 namespace thenar::app {
 
-/// What is said of a tick and of a run, as documents: all of it from the rows of tick_fields() and measure_sections().
+/// What is said of a tick, of a run and of a found grasp, as documents: all of it from the rows of tick_fields(),
+/// measure_sections() and grasp_measures().
 
 /// The page docs/reference/fields.md.
 [[nodiscard]] std::string fields_as_markdown();
 
-/// The properties of Simulation in the stub python/thenar/_core.pyi, one after the other.
+/// The properties of Simulation in the stub python/thenar/_core.pyi, an empty line, and the measures of Grasp there.
 [[nodiscard]] std::string fields_as_stub();
 
 /// The page docs/reference/measures.md.

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iostream>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,6 +19,7 @@
 #include "engine/figures/gnuplot.h"
 #include "engine/figures/grasp_picture.h"
 #include "engine/finder/finder.h"
+#include "engine/finder/grasp_measures.h"
 #include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
@@ -98,38 +98,64 @@ Subject subject_of(const Options& options) {
   return {scene, scene_files(file, changes)[1], cloud != nullptr ? cloud->file : fs::path()};
 }
 
-constexpr const char* kColumns = R"(
-width    from the finger that faces the others to the middle of theirs
-press    normal load of the least loaded finger
-margin   least share of a friction cone that is left: of all fingers, with the weight in any direction, a push of
-         0.5 N and a turn of 10 mN m
-friction needed while the weight is as it is
-limit    to the nearest end of a joint's range
-effort   of a muscle, the largest share of what it can give; without muscles, the largest torque of a joint
-patch    least share of a pressed pulp's patch that lies on the surface: less than 1 at edges and holes
-epsilon, volume, isotropy   the quality measures of these names, for normal forces of 1 N in all
-)";
+/// The measures that share a column of the table.
+using Column = std::vector<const GraspMeasure*>;
+
+std::vector<Column> table_columns() {
+  std::vector<Column> columns;
+  for (const GraspMeasure& measure : grasp_measures()) {
+    if (measure.shown.empty()) continue;
+    if (columns.empty() || columns.back().front()->shown != measure.shown) columns.emplace_back();
+    columns.back().push_back(&measure);
+  }
+  return columns;
+}
+
+int width_of(const Column& column) {
+  const int least = column.size() > 1 ? 11 : 8;  // A shared column has units in its cells.
+  return std::max(least, static_cast<int>(column.front()->shown.size()) + 2);
+}
+
+std::string cell_of(const Column& column, const FoundGrasp& grasp) {
+  const auto has = std::ranges::find_if(column, [&](const GraspMeasure* measure) { return measure->is_of(grasp); });
+  if (has == column.end()) return "";
+  const std::string number = shown_number(**has, grasp);
+  return column.size() > 1 ? fmt::format("{} {}", number, (*has)->shown_unit) : number;
+}
+
+std::string finger_names(const FoundGrasp& grasp, const Hand& hand) {
+  std::string names;
+  for (const int finger : grasp.fingers) names += (names.empty() ? "" : ", ") + hand.fingertips[finger].finger;
+  return names;
+}
+
+/// A sentence for each measure.
+std::string table_legend(const std::vector<Column>& columns) {
+  std::string legend;
+  for (const Column& column : columns) {
+    for (const GraspMeasure* measure : column) {
+      legend += fmt::format("{:<17}{}\n", measure == column.front() ? measure->shown : "", measure->sentence);
+    }
+  }
+  return legend;
+}
 
 std::string grasps_table(const FinderReport& report, const Hand& hand) {
-  std::string table =
-      fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}{:>11}{:>8}{:>9}{:>9}{:>10}\n", "rank", "fingers", "width",
-                  "press", "margin", "friction", "limit", "effort", "patch", "epsilon", "volume", "isotropy");
-  table += fmt::format("{:>4}  {:<24}{:>8}{:>8}{:>8}{:>10}{:>8}\n", "", "", "mm", "N", "", "needed", "deg");
-  for (std::size_t i = 0; i < report.grasps.size(); ++i) {
-    const FoundGrasp& grasp = report.grasps[i];
-    std::string fingers;
-    for (std::size_t k = 0; k < grasp.fingers.size(); ++k) {
-      fingers += (k > 0 ? ", " : "") + hand.fingertips[grasp.fingers[k]].finger;
-    }
-    const std::string effort = grasp.muscle_share > 0.0 ? fmt::format("{:.0f} %", 100.0 * grasp.muscle_share)
-                                                        : fmt::format("{:.3f} N m", grasp.torque_Nm);
-    table +=
-        fmt::format("{:>4}  {:<24}{:>8.1f}{:>8.2f}{:>8.2f}{:>10.2f}{:>8.0f}{:>11}{:>8.2f}{:>9.3f}{:>9.1e}{:>10.2f}\n",
-                    i + 1, fingers, 1e3 * grasp.width_m, least_press_N(grasp), grasp.margin, grasp.needed_friction,
-                    grasp.limit_rad * 180.0 / std::numbers::pi, effort, least_patch(grasp), grasp.quality.epsilon,
-                    grasp.quality.volume, grasp.quality.isotropy);
+  const std::vector<Column> columns = table_columns();
+  std::string names = fmt::format("{:>4}  {:<24}", "rank", "fingers"), units = fmt::format("{:>4}  {:<24}", "", "");
+  for (const Column& column : columns) {
+    names += fmt::format("{:>{}}", column.front()->shown, width_of(column));
+    units += fmt::format("{:>{}}", column.size() > 1 ? "" : column.front()->shown_unit, width_of(column));
   }
-  return table + kColumns;
+  std::string table = names + '\n' + units + '\n';
+  for (std::size_t i = 0; i < report.grasps.size(); ++i) {
+    table += fmt::format("{:>4}  {:<24}", i + 1, finger_names(report.grasps[i], hand));
+    for (const Column& column : columns) {
+      table += fmt::format("{:>{}}", cell_of(column, report.grasps[i]), width_of(column));
+    }
+    table += '\n';
+  }
+  return table + '\n' + table_legend(columns);
 }
 
 /// The state after the first tick: with pressed pulps.

@@ -9,7 +9,7 @@
 
 #include "engine/formats/text.h"
 #include "engine/scenes/config.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 
 namespace thenar::app {
 

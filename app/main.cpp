@@ -22,138 +22,27 @@
 #include "app/host.h"
 #include "app/keys.h"
 #include "app/options.h"
-#include "app/profile.h"
 #include "app/progress.h"
 #include "app/results.h"
+#include "app/run.h"
 #include "app/solve.h"
 #include "app/sweep.h"
-#include "app/table.h"
 #include "app/window_program.h"
-#include "engine/figures/figures.h"
 #include "engine/formats/files.h"
-#include "engine/formats/text.h"
 #include "engine/insertion/insertion_figure.h"
 #include "engine/insertion/insertion_report.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/profile.h"
-#include "engine/results/recording_file.h"
-#include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
-#include "engine/results/summary.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/studies/load_model.h"
-#include "engine/studies/problem_dump.h"
 
 namespace thenar::app {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-void remove_figures(const fs::path& folder) {
-  std::error_code none;  // A figure that cannot be removed cannot be drawn either, and then there is a warning.
-  for (const char* figure : kFigures) fs::remove(folder / figure, none);
-}
-
-void write_results(const Model& model, const Recording& recording, const State& state, const std::string& summary,
-                   const fs::path& folder, Attempts& results) {
-  // Figures of an earlier run must not pass for this one's.
-  remove_figures(folder);
-  results.attempt([&] { write_file(folder / "summary.json", summary); });
-  results.attempt([&] {
-    write_file(folder / "signals.csv", signals_csv(model, recording));
-    if (recording.ticks.empty() || draw_figures(model, recording, state, folder)) return;
-    remove_figures(folder);
-    std::cerr << "warning: no figures, for gnuplot is missing or failed\n";
-  });
-}
-
-std::vector<Result> results_of(const Options& options) {
-  std::vector<Result> results;
-  if (!options.out.empty()) {
-    for (const char* name : {"summary.json", "signals.csv"}) results.push_back({"--out", options.out / name});
-    for (const char* figure : kFigures) results.push_back({"--out", options.out / figure});
-  }
-  if (options.record.asked()) results.push_back({"--record", options.record.file});
-  return results;
-}
-
-/// The scene on two threads; what they did goes into `loops`.
-Recording run_on_two_threads(const Options& options, const Model& model, State& state, const Progress& progress,
-                             nlohmann::ordered_json& loops, RecordingFile* film) {
-  ThreadSettings settings;
-  settings.duration_s = model.scene.duration_s;
-  settings.spin_s = options.spin_s;
-  settings.realtime = options.realtime;
-  settings.core = options.core;
-  settings.quiet = options.quiet;
-  LoopProfile profile(model);
-  RealtimeRun run = run_realtime(model, state, settings, profile, progress, film);
-  const nlohmann::ordered_json all = profile_json(model, profile, run.report);
-  for (const char* key :
-       {"scheduling", "settings", "loops", "exchange", "snapshots", "frame_age", "handover", "ledger", "hold"}) {
-    loops[key] = all.at(key);
-  }
-  for (const std::string& lag : lags(model, profile, run.report)) std::cerr << "warning: " << lag << '\n';
-  return std::move(run.recording);
-}
-
-int run(const Options& options) {
-  std::optional<FileLock> lock, dump_lock;
-  std::optional<ProblemDump> dump;
-  const Model model = ready_model(options, [&] {
-    check_results(results_of(options), scene_files(options.scene, options.overrides));
-    if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
-    if (options.dump_problems.empty()) return;
-    std::error_code none;
-    const bool locked = lock && fs::equivalent(options.out, options.dump_problems, none);
-    if (!locked) dump_lock.emplace(claim_folder(options.dump_problems, "--dump-problems"));
-    dump.emplace(options.dump_problems, options.dump_every);
-  });
-  std::optional<RecordingFile> film;
-  if (options.record.asked()) check_record(model, options.record);
-  if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
-  if (options.record.asked()) film.emplace(options.record.file, model, options.record.settings());
-  State state(model);
-  RunWatch watch(model.scene, options.quiet);
-  const Progress progress = watch.progress();
-  nlohmann::ordered_json loops = nlohmann::ordered_json::object();  // Of two threads.
-  const auto record = [&] {
-    if (options.runner == Runner::kRealtime) {
-      return run_on_two_threads(options, model, state, progress, loops, film ? &*film : nullptr);
-    }
-    RunSettings settings{.progress = progress, .film = film ? &*film : nullptr};
-    if (dump) settings.watchers.push_back(&*dump);
-    if (options.runner == Runner::kLockstep) settings.lockstep = LockstepSettings{.jitter_s = options.control_jitter_s};
-    return run_scene(model, state, settings);
-  };
-  const Recording recording = record();
-  watch.end();
-
-  Attempts results;
-  if (film) results.attempt([&] { finish_recording(*film, recording); });
-  const std::vector<MeasuredSection> measures = measure(view_of(model, recording));
-  nlohmann::ordered_json summary = summary_json(measures);
-  summary.update(loops);
-  if (!options.out.empty()) write_results(model, recording, state, summary.dump(2) + "\n", options.out, results);
-  if (options.format == "json") {
-    std::cout << summary.dump(2) << '\n';
-  } else if (!options.quiet) {
-    std::cout << results_table(measures, loops);
-    if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
-    if (dump) {
-      std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {}\n", options.dump_every,
-                               options.dump_problems.string(), counted(dump->files(), "file"));
-    }
-  }
-  if (dump) results.attempt([&] { dump->finish(); });
-  const int code = report_verdict(model.scene, recording.verdict);
-  results.finish();
-  return watch.interrupted() ? kInterrupted : code;
-}
 
 /// How the scene's peg goes into its hole.
 int insertion(const Options& options) {
@@ -204,7 +93,6 @@ int check(const Options& options) {
 int execute(const Options& options) {
   const std::map<std::string, int (*)(const Options&)> commands{
       {"run", run},
-      {"profile", profile},
       {"check", check},
       {"hand", [](const Options& o) { return run_hand(o.hand); }},
       {"solve", solve},

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <iostream>
 #include <string>
 #include <string_view>
@@ -23,13 +22,13 @@ namespace {
 
 /// The texts of the flags that change the scene, as they were written.
 struct SceneFlags {
-  std::string time, duration, tolerance, control_delay, control_jitter, spin;
+  std::string time, tolerance, control_delay, control_jitter, spin;
   std::string solve_time = "1 s";  ///< Of no scene.
   RateFlags rates;
 };
 
-void add_file(CLI::App& command, const char* option, std::filesystem::path& file, const char* what) {
-  command.add_option(option, file, what)->type_name("FILE")->check(named())->check(no_folder());
+CLI::Option* add_file(CLI::App& command, const char* option, std::filesystem::path& file, const char* what) {
+  return command.add_option(option, file, what)->type_name("FILE")->check(named())->check(no_folder());
 }
 
 void add_results(CLI::App& command, Options& options, const char* results) {
@@ -46,18 +45,25 @@ void add_loops(CLI::App& command, SceneFlags& flags) {
       ->check(quantity(Dimension::kNone, 1e-12, 1.0, "1e-3"));
 }
 
-/// The flags of two threads. They return so that they can be tied to another flag.
-std::array<CLI::Option*, 3> add_threads(CLI::App& command, SceneFlags& flags, Options& options) {
+/// The flags of two threads, which need the flag `realtime`.
+void add_threads(CLI::App& command, CLI::Option* realtime, SceneFlags& flags, Options& options) {
   add_core(command, options.core);
-  return {
-      command.get_option("--core"),
-      command
-          .add_option("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
-          ->type_name("T")
-          ->check(quantity(Dimension::kTime, 0.0, 1e-2, "50us")),
-      command.add_flag_callback(
+  command.get_option("--core")->needs(realtime);
+  command.add_option("--spin", flags.spin, "The contact thread wakes so long before its tick and spins, default 50us")
+      ->type_name("T")
+      ->check(quantity(Dimension::kTime, 0.0, 1e-2, "50us"))
+      ->needs(realtime);
+  command
+      .add_flag_callback(
           "--no-realtime", [&options] { options.realtime = false; },
-          "Takes what any thread gets: no SCHED_FIFO, no core of its own")};
+          "Takes what any thread gets: no SCHED_FIFO, no core of its own")
+      ->needs(realtime);
+  command
+      .add_flag("--floor", options.floor,
+                "Runs cyclictest first, in turns with the scene: what this machine can do at best")
+      ->needs(realtime);
+  add_file(command, "--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens")
+      ->needs(realtime);
 }
 
 /// The flags that write problem files. The first of them returns so that it can be tied to another flag.
@@ -234,9 +240,9 @@ void add_keys(CLI::App& app, Options& options) {
       ->type_name("KEY")
       ->check(named());
   command->add_flag("--markdown", options.markdown, "Prints the page docs/reference/scene.md")->excludes("PREFIX");
-  CLI::App* const fields =
-      app.add_subcommand("fields", "Prints the page docs/reference/fields.md: what is said of a tick, and where");
-  fields->add_flag("--stub", options.stub, "Prints the fields as properties in python/thenar/_core.pyi instead");
+  CLI::App* const fields = app.add_subcommand(
+      "fields", "Prints the page docs/reference/fields.md: the fields of a tick, and the measures of a found grasp");
+  fields->add_flag("--stub", options.stub, "Prints them as properties in python/thenar/_core.pyi instead");
   fields->add_flag("--measures", options.measures, "Prints the page docs/reference/measures.md instead")
       ->excludes("--stub");
 }
@@ -247,13 +253,8 @@ void apply(const SceneFlags& flags, Options& options) {
   std::vector<std::string> defaults, asked = flags.rates.changes();
   options.rates = flags.rates;
   if (options.runner == Runner::kRealtime) defaults = realtime_defaults();
-  if (options.command == "profile") {
-    const std::vector<std::string> rates = flags.rates.defaults();
-    defaults.insert(defaults.end(), rates.begin(), rates.end());
-  }
   if (!flags.control_delay.empty()) asked.push_back("time.control_delay=" + flags.control_delay);
   if (!flags.tolerance.empty()) asked.push_back("contact.tolerance=" + flags.tolerance);
-  if (options.command == "profile") asked.push_back("time.duration=" + flags.duration);
   if (!flags.time.empty()) asked.push_back("time.duration=" + with_unit(flags.time));
   options.solve_time_s = time_s(with_unit(flags.solve_time));
   if (!flags.spin.empty()) options.spin_s = time_s(flags.spin);
@@ -266,6 +267,7 @@ void apply(const SceneFlags& flags, Options& options) {
 std::string wrong_command(const CLI::App& app, const std::vector<std::string>& words) {
   if (words.empty()) return "name a command";
   const std::string& word = words.front();
+  if (word == "profile") return "'profile' is no command: profile is run --realtime now";
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (word.starts_with("-") || std::find(names.begin(), names.end(), word) != names.end()) return {};
@@ -288,6 +290,8 @@ void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const run = app.add_subcommand("run", "Runs a scene and prints what came of it");
   add_scene(*run, options.scene, options.overrides);
   add_results(*run, options, "summary.json, signals.csv and figures");
+  run->add_flag_callback(
+      "--no-figures", [&options] { options.figures = false; }, "Draws no figures into the folder of --out");
   run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
       ->type_name("T")
       ->check(some_time());
@@ -297,7 +301,7 @@ void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
       "--lockstep", [&] { options.runner = Runner::kLockstep; }, "Runs the two loops on a virtual clock");
   lockstep->excludes(realtime);
   add_loops(*run, flags);
-  for (CLI::Option* option : add_threads(*run, flags, options)) option->needs(realtime);
+  add_threads(*run, realtime, flags, options);
   run->add_option("--control-delay", flags.control_delay,
                   "From a control tick's start to its frame's use, such as 20ms")
       ->type_name("T")
@@ -310,22 +314,6 @@ void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   add_record(*run, options.record,
              "MCAP file of what the run looks like: thenar demo replays it, thenar export shares it, others open it");
   add_dump(*run, options)->excludes(realtime);
-}
-
-void add_profile(CLI::App& app, SceneFlags& flags, Options& options) {
-  CLI::App* const profile = app.add_subcommand("profile", "Runs a scene in real time and tells the times of its loops");
-  add_scene(*profile, options.scene, options.overrides);
-  add_results(*profile, options, "profile.json and figures");
-  add_loops(*profile, flags);
-  add_threads(*profile, flags, options);
-  flags.duration = "30s";
-  profile->add_option("--duration", flags.duration, "How long, such as 30s")
-      ->type_name("T")
-      ->capture_default_str()
-      ->check(quantity(Dimension::kTime, 1e-3, 1e5, "30s"));
-  profile->add_flag("--floor", options.floor, "Runs cyclictest in between: what this machine can do at best");
-  add_record(*profile, options.record, "MCAP file of what the run looks like, as thenar run has it");
-  add_file(*profile, "--trace", options.trace, "File for the last 5 s as a Chrome trace, which Perfetto opens");
 }
 
 void add_insertion(CLI::App& app, Options& options) {
@@ -374,7 +362,6 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   SceneFlags flags;
   // In the order of the help.
   add_run(app, flags, options);
-  add_profile(app, flags, options);
   // For the help alone: main() hands it to another program.
   app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
   add_solve(app, flags, options);
@@ -399,7 +386,6 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   try {
     app.parse(argc, argv);
     options.command = app.get_subcommands().front()->get_name();
-    if (options.command == "profile") options.runner = Runner::kRealtime;
     check_together(flags.rates, options.runner);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;

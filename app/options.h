@@ -74,12 +74,14 @@ struct Options {
   std::optional<double> friction;
   int best = 5;
 
+  bool figures = true;  ///< Draw the figures of a run into `out`.
+
   // Of the two threads.
   double spin_s = 50e-6;
-  bool realtime = true;  ///< Ask for real-time scheduling.
-  int core = -1;         ///< The contact thread's; -1: the last.
-  bool floor = false;    ///< Measure what the machine can do at best, too.
-  std::filesystem::path trace;
+  bool realtime = true;         ///< Ask for real-time scheduling.
+  int core = -1;                ///< The contact thread's; -1: the last.
+  bool floor = false;           ///< Measure what the machine can do at best, too.
+  std::filesystem::path trace;  ///< File for the last ticks as a Chrome trace; empty: none.
 };
 
 /// Reads the command line. Nothing if there is nothing left to do: help or the version is printed, or what is wrong

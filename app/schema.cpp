@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/keys.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 #include "engine/scenes/units.h"
 
 namespace thenar::app {

@@ -7,8 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/results/summary.h"
-#include "engine/studies/profile_table.h"
+#include "engine/formats/build_info.h"
 
 namespace thenar::app {
 
@@ -62,14 +61,21 @@ std::string lines_under(std::size_t heading, const std::vector<MeasuredSection>&
   return lines.empty() ? "" : fmt::format("\n{}{}\n", kHeadings.at(heading), lines);
 }
 
+/// What built the program, and what the contact thread was granted: "…, SCHED_FIFO 80, core 1, memory locked".
+std::string build_line(const Scheduling* granted) {
+  Scheduling threads = granted != nullptr ? *granted : Scheduling{};
+  threads.remark.clear();  // It has a line of its own.
+  return fmt::format("thenar {}, {} ({}), {}, {}\n", build_info::kVersion, build_info::kType, build_info::kFlags,
+                     build_info::kCompiler,
+                     granted != nullptr ? in_words(threads) : "one thread, no real-time scheduling");
+}
+
 }  // namespace
 
-std::string results_table(const std::vector<MeasuredSection>& measures, const nlohmann::ordered_json& loops) {
-  nlohmann::ordered_json build = {{"build", build_settings()}};
-  build.update(loops);
-  std::string table = build_line(build);
+std::string results_table(const std::vector<MeasuredSection>& measures, const Scheduling* granted) {
+  std::string table = build_line(granted);
   for (std::size_t heading = 0; heading < kHeadings.size(); ++heading) table += lines_under(heading, measures);
-  return loops.empty() ? table : table + loops_table(loops);
+  return table;
 }
 
 }  // namespace thenar::app

@@ -16,7 +16,7 @@ namespace thenar {
 [[nodiscard]] PointCloud sample_sphere(double radius_m, Eigen::Index count, std::uint32_t seed = 1);
 
 struct EllipsoidShape {
-  Eigen::Vector3d size_m;
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   bool operator==(const EllipsoidShape&) const = default;
 };
 [[nodiscard]] PointCloud sample_ellipsoid(const Eigen::Vector3d& size_m, Eigen::Index count, std::uint32_t seed = 1);
@@ -32,7 +32,7 @@ struct Exponents {
 inline constexpr double kLeastExponent = 0.1, kLargestExponent = 2.0;
 
 struct SuperquadricShape {
-  Eigen::Vector3d size_m;
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   Exponents exponents;
   bool operator==(const SuperquadricShape&) const = default;
 };

@@ -65,6 +65,16 @@ Array places(const Found& found, Eigen::Vector3d FingerPlace::*field) {
   return copy(rows.transpose());
 }
 
+/// A property for each measure.
+void bind_measures(py::class_<Found>& type) {
+  for (const GraspMeasure& measure : grasp_measures()) {
+    const std::string unit = measure.unit.empty() ? "" : fmt::format(" [{}]", measure.unit);
+    type.def_property_readonly(
+        std::string(measure.name).c_str(), [&measure](const Found& f) { return measure.value(f.grasp); },
+        fmt::format("{}{}", measure.sentence, unit).c_str());
+  }
+}
+
 }  // namespace
 
 void bind_grasps(py::module_& module) {
@@ -73,8 +83,9 @@ void bind_grasps(py::module_& module) {
       R"(Finds how the scene's hand can hold its object: `best` grasps, the best first; each was tried in the engine.
 
 What the scene asks of the grasp under `grasp` is heeded. Raises NoGrasp with the reason where there is none.)");
-  py::class_<Found>(module, "Grasp", "A grasp that was found.")
-      .def_property_readonly("fingers", &finger_names, "Names of those that hold.")
+  py::class_<Found> type(module, "Grasp", "A grasp that was found.");
+  bind_measures(type);
+  type.def_property_readonly("fingers", &finger_names, "Names of those that hold.")
       .def_property_readonly(
           "q_rad", [](const Found& f) { return copy(f.grasp.q); }, "(joints,) Of these fingers.")
       .def_property_readonly(
@@ -88,17 +99,6 @@ What the scene asks of the grasp under `grasp` is heeded. Raises NoGrasp with th
       .def_property_readonly(
           "force_N", [](const Found& f) { return places(f, &FingerPlace::force_W); },
           "(fingers, 3) On the object against its weight, world axes.")
-      .def_property_readonly("width_m", [](const Found& f) { return f.grasp.width_m; })
-      .def_property_readonly(
-          "margin", [](const Found& f) { return f.grasp.margin; },
-          "Least share of a friction cone that is left, of all fingers under all disturbances.")
-      .def_property_readonly("needed_friction", [](const Found& f) { return f.grasp.needed_friction; })
-      .def_property_readonly(
-          "muscle_share", [](const Found& f) { return f.grasp.muscle_share; },
-          "Largest force of a muscle as a share of its limit.")
-      .def_property_readonly("epsilon", [](const Found& f) { return f.grasp.quality.epsilon; })
-      .def_property_readonly(
-          "cost", [](const Found& f) { return f.grasp.cost; }, "By which grasps are ranked.")
       .def(
           "scene",
           [](const Found& f) {

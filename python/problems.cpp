@@ -68,8 +68,8 @@ py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, cons
   if (method == "newton") {
     const py::gil_scoped_release others;
     AccurateWorkspace work(rows / 3);
-    const AccurateReport accurate = solve_contacts_accurately(
-        data, {.tolerance = stop, .max_sweeps = 300, .max_steps = iterations}, work, {f, delta});
+    const AccurateReport accurate =
+        solve_contacts_accurately(data, {.tolerance = stop, .max_steps = iterations}, work, {f, delta});
     report = accurate.solve;
     steps = accurate.steps;
     if (report.status == SolveStatus::kNoSolution) certificate = work.certificate.head(rows / 3);

@@ -93,7 +93,6 @@ class Realtime {
   std::shared_ptr<const SceneHandle> scene;
   std::shared_ptr<const Model> model;
   NewestTick newest;
-  LoopProfile profile;
 
  private:
   void run();
@@ -119,7 +118,6 @@ Realtime::Realtime(std::shared_ptr<const SceneHandle> of_scene, bool realtime, i
     : scene(std::move(of_scene)),
       model(scene->model()),
       newest(*model),
-      profile(*model),
       hands_(*model),
       live_(*model, inputs_, hands_) {
   settings_.duration_s = model->scene.duration_s;
@@ -170,7 +168,7 @@ void Realtime::run() {
   try {
     State state(*model);
     const Progress progress = [this](double, double) { return !stopping_.load(std::memory_order_relaxed); };
-    result = run_realtime(*model, state, settings_, profile, progress, nullptr, {&newest});
+    result = run_realtime(*model, state, settings_, progress, nullptr, {&newest});
   } catch (py::error_already_set& error) {
     const py::gil_scoped_acquire lock;
     if (error.trace()) PyException_SetTraceback(error.value().ptr(), error.trace().ptr());
@@ -238,10 +236,10 @@ py::dict state_of(Realtime& run) {
   return state;
 }
 
-py::object profile_of(Realtime& run) {
+py::object report_of(Realtime& run) {
   const RealtimeRun& result = run.result();
   nlohmann::ordered_json json = verdict_json(result.recording.verdict);
-  json.update(profile_json(*run.model, run.profile, result.report));
+  json.update(summarize(*run.model, result));
   return of_json(json);
 }
 
@@ -336,8 +334,8 @@ wrench: (6,) on the object, about its origin, world axes [N, N m].
 shift_m, turn_rad: (3,) of the target against the task's, object axes at the start; within 50 mm and 0.5 rad an axis,
 to which it goes at 50 mm/s and 1 rad/s.)")
       .def_property_readonly(
-          "report", &profile_of,
-          R"(Of a run that has ended: outcome and reason, and the loops' profile, as `thenar profile` has it.
+          "report", &report_of,
+          R"(Of a run that has ended: outcome and reason, and its summary.json as `thenar run --realtime` writes it.
 
 Raises what a law raised.)");
 }

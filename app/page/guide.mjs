@@ -1,6 +1,4 @@
-// What docs/guide says of the parts of the page, of keys and mouse, and of the figures of a grasp: {parts, inputs}.
-
-const kFigure = 'grasp: ';
+// What docs/guide says of the parts of the page, and of keys and mouse: {parts, inputs}.
 
 /** The rows of the table below a heading of Markdown, without header and marks. */
 function rowsBelow(markdown, heading) {
@@ -12,15 +10,14 @@ function rowsBelow(markdown, heading) {
   return rows.slice(2).map((row) => row.split('|').slice(1, -1).map(cell));
 }
 
-/** `window`, `objects`: the texts of docs/guide/window.md and objects.md. */
-export function readGuide(window, objects) {
+/** `window`: the text of docs/guide/window.md. */
+export function readGuide(window) {
   const parts = {};
   const add = (name, text) => {
     if (name in parts) throw new Error(`the guide has the part '${name}' twice`);
     parts[name] = text;
   };
   for (const [name, text] of rowsBelow(window, 'What the page shows')) add(name, text);
-  for (const [name, text] of rowsBelow(objects, 'What the table of grasps says')) add(`${kFigure}${name.split(',')[0]}`, text);
   const inputs = rowsBelow(window, 'What you can do').map(([input, does, where]) => {
     if (!['', 'live', 'recording'].includes(where)) throw new Error(`the guide has '${input}' with '${where}'`);
     return {input, does, where};
@@ -34,7 +31,6 @@ export function checkParts({parts}, sources) {
       .map(([, ...names]) => names.find((name) => name !== undefined))));
   for (const name of named) if (!(name in parts)) throw new Error(`docs/guide does not say what '${name}' is`);
   for (const name of Object.keys(parts)) {
-    if (named.has(name) || name.startsWith(kFigure)) continue; // of which the page needs not all
-    throw new Error(`the page has no '${name}', of which docs/guide/window.md tells`);
+    if (!named.has(name)) throw new Error(`the page has no '${name}', of which docs/guide/window.md tells`);
   }
 }

@@ -105,27 +105,32 @@ ordered_json grasp_json(const FoundGrasps& found, int rank) {
   const Scene scene = grasp_scene(found, rank);
   ordered_json fingers = ordered_json::array();
   for (const Fingertip& tip : scene.hand.fingertips) fingers.push_back(tip.finger);
-  const bool muscles = grasp.muscle_share > 0.0;
-  return {{"fingers", fingers},
-          {"opposer", fingers[static_cast<std::size_t>(grasp.opposer)]},
-          {"width_m", grasp.width_m},
-          {"press_N", least_press_N(grasp)},
-          {"margin", grasp.margin},
-          {"friction_needed", grasp.needed_friction},
-          {"limit_rad", grasp.limit_rad},
-          {"limit_joint", grasp.limit_joint},
-          {"muscle_share", muscles ? ordered_json(grasp.muscle_share) : ordered_json(nullptr)},
-          {"torque_Nm", grasp.torque_Nm},
-          {"patch", least_patch(grasp)},
-          {"epsilon", grasp.quality.epsilon},
-          {"volume", grasp.quality.volume},
-          {"isotropy", grasp.quality.isotropy},
-          {"travel_m", grasp.travel_m},
-          {"within_limits", grasp.rehearsal.within_limits()},
-          {"words", in_words(grasp, found.asked.scene.hand)},
-          {"hand", posture_json(scene.hand, scene.posture)},
-          {"object", pose_numbers(scene.object.X_WO)},
-          {"scene", text_of(found, scene, rank)}};
+  ordered_json json = {{"fingers", fingers}, {"opposer", fingers[static_cast<std::size_t>(grasp.opposer)]}};
+  for (const GraspMeasure& measure : grasp_measures()) {
+    json[std::string(measure.name)] = measure.is_of(grasp) ? ordered_json(measure.value(grasp)) : ordered_json(nullptr);
+  }
+  json["limit_joint"] = grasp.limit_joint;
+  json["within_limits"] = grasp.rehearsal.within_limits();
+  json["words"] = in_words(grasp, found.asked.scene.hand);
+  json["hand"] = posture_json(scene.hand, scene.posture);
+  json["object"] = pose_numbers(scene.object.X_WO);
+  json["scene"] = text_of(found, scene, rank);
+  return json;
+}
+
+/// The measures that a page shows of each grasp.
+ordered_json measures_json() {
+  ordered_json measures = ordered_json::array();
+  for (const GraspMeasure& measure : grasp_measures()) {
+    if (measure.shown.empty()) continue;
+    measures.push_back({{"name", measure.name},
+                        {"shown", measure.shown},
+                        {"shown_unit", measure.shown_unit},
+                        {"factor", measure.factor},
+                        {"digits", measure.digits},
+                        {"sentence", measure.sentence}});
+  }
+  return measures;
 }
 
 ordered_json refusal_json(const FoundGrasps& found) {
@@ -153,6 +158,7 @@ std::string grasps_message(const SearchState& state, const Take& taken) {
   if (state.grasps) {
     json["refusal"] = refusal_json(*state.grasps);
     json["took_s"] = state.grasps->took_s;
+    json["measures"] = measures_json();
     for (int rank = 1; rank <= std::ssize(state.grasps->report.grasps); ++rank) {
       json["grasps"].push_back(grasp_json(*state.grasps, rank));
     }

@@ -4,7 +4,7 @@
 
 #include "engine/results/state_message.h"
 #include "engine/scenes/build_model.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 #include "engine/scenes/surface_model.h"
 
 namespace thenar::window {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "engine/loops/live_input.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 
 namespace thenar::window {
 namespace {

@@ -34,18 +34,6 @@ inline constexpr double kSolvedResidual = 1e-6;  ///< Natural-map residual of a 
   return natural_map(problem, f, problem.W * f + problem.delta_free).norm;
 }
 
-/// The accurate solver after so many sweeps; the budget is of Newton steps.
-[[nodiscard]] inline ContactMethod newton_after_sweeps(const char* name, int max_sweeps) {
-  return {name, ContactMethod::kNaturalMap, [max_sweeps](const ContactProblem& problem) -> ContactSolver {
-            auto delta = std::make_shared<Eigen::VectorXd>(problem.delta_free.size());
-            auto work = std::make_shared<AccurateWorkspace>(problem.mu.size());
-            return [problem, delta, work, max_sweeps](double tolerance, int budget, Eigen::VectorXd& f) {
-              const AccurateSettings settings{.tolerance = tolerance, .max_sweeps = max_sweeps, .max_steps = budget};
-              (void)solve_contacts_accurately(problem, settings, *work, {f, *delta});
-            };
-          }};
-}
-
 /// Single-precision sweeps on the operator in factors: what the contact tick does.
 [[nodiscard]] inline ContactSolver in_factors(const GroupedContactProblem& problem) {
   auto delta = std::make_shared<Eigen::VectorXd>(problem.delta_free.size());
@@ -85,9 +73,17 @@ inline constexpr const char* kInFactors = "Gauss-Seidel, W in factors";
       (void)solve_contacts(problem, {.tolerance = tolerance, .max_sweeps = budget}, *work, {f, *delta});
     };
   };
+  // The budget is of Newton steps.
+  const auto newton = [](const ContactProblem& problem) -> ContactSolver {
+    auto delta = std::make_shared<VectorXd>(problem.delta_free.size());
+    auto work = std::make_shared<AccurateWorkspace>(problem.mu.size());
+    return [problem, delta, work](double tolerance, int budget, VectorXd& f) {
+      (void)solve_contacts_accurately(problem, {.tolerance = tolerance, .max_steps = budget}, *work, {f, *delta});
+    };
+  };
   return {{"Gauss-Seidel, W as a matrix", ContactMethod::kNaturalMap, gauss_seidel},
           {"plain sweeps", ContactMethod::kNaturalMap, sweeps},
-          newton_after_sweeps("Newton after 300 sweeps", AccurateSettings{}.max_sweeps)};
+          {"Newton after 300 sweeps", ContactMethod::kNaturalMap, newton}};
 }
 
 }  // namespace thenar

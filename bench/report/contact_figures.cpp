@@ -150,8 +150,6 @@ std::vector<Method> methods_for(bool factored) {
   }
   methods.push_back({ours[1].name, false, true, of_matrix(ours[1]), few});
   methods.push_back({ours[2].name, false, false, of_matrix(ours[2]), tolerances({1e-6, 1e-8, 1e-12})});
-  methods.push_back(
-      {"Newton after 20 sweeps", false, false, of_matrix(newton_after_sweeps("", 20)), tolerances({1e-6, 1e-12})});
   for (const ContactMethod& peer : contact_peers()) {
     const std::string name = peer.name;
     methods.push_back({name, true, false, [peer](const Known& p) { return peer.prepare(p.problem); },
@@ -267,8 +265,8 @@ int main(int argc, char** argv) {
       "The forces of all contacts in one step of the contact loop, on a Delassus operator W that is frozen for the "
       "step: the solve that runs at 1 to 4 kHz. Methods, each at several settings along its line: accelerated "
       "Gauss-Seidel in single precision at its tolerances, or stopped after n sweeps; plain sweeps in double "
-      "precision, the published method; Newton's method after up to 300, or 20, sweeps that were not enough: its "
-      "steps cost milliseconds, and it is there for problems on which sweeps stall. The default (tolerance 1e-7, 200 "
+      "precision, the published method; Newton's method after up to 300 sweeps that were not enough: its steps "
+      "cost milliseconds, and it is there for problems on which sweeps stall. The default (tolerance 1e-7, 200 "
       "sweeps at most) is Gauss-Seidel on W in factors; of a soft object, and in the panel of random problems, on one "
       "matrix. Ours pay for what they make of W, which in a scene comes in factors; other projects are given W: "
       "Siconos's nonlinear Gauss-Seidel (nsgs) and Alart-Curnier Newton (nsn), at tolerances of their own measure, "

@@ -14,6 +14,7 @@
 #include "bench/cases/pegs.h"
 #include "bench/report/figure.h"
 #include "bench/report/outcome_map.h"
+#include "engine/environment/minimum_jerk.h"
 #include "engine/insertion/insertion_report.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
@@ -261,7 +262,7 @@ PegMap friction_depth() {
 }
 
 PegMap delay_speed() {
-  constexpr double kPeriod_s = 5e-3, kWay_mm = 26.0, kPeakPerMean = 1.875;  // Of a minimum-jerk move.
+  constexpr double kPeriod_s = 5e-3, kWay_mm = 26.0;
   const MapAxis delay{"", "", 1.0, 50.0, "delay of the frames [ms]"},
       speed{"", "", 10.0, 250.0, "largest speed of the hole [mm/s]"};
   const Scene& peg = peg_model().scene;
@@ -286,7 +287,7 @@ PegMap delay_speed() {
       delay,
       speed,
       [=](PegMiss miss, double x, double y) {
-        miss.over_s = kPeakPerMean * kWay_mm / y;
+        miss.over_s = kMinimumJerkPeak * kWay_mm / y;
         Scene scene = with_miss(peg_model().scene, miss);
         scene.control_period_s = kPeriod_s;
         scene.control_delay_s = 1e-3 * x;

@@ -17,6 +17,7 @@
 #include "bench/report/margins.h"
 #include "bench/report/outcome_map.h"
 #include "engine/control/control_tick.h"
+#include "engine/environment/minimum_jerk.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
@@ -230,11 +231,11 @@ OutcomeMap period_gain(int count) {
 // --- delay and speed ------------------------------------------------------------------------------------------------
 
 OutcomeMap delay_speed(int /*count*/) {
-  constexpr double kMove_mm = 20.0, kPeakPerMean = 1.875;  // of a minimum-jerk move
+  constexpr double kMove_mm = 20.0;
   constexpr double kPeriod_s = 5e-3, kBlindGain = 0.3 * 2.0 * 0.05 / kPeriod_s;
   const MapAxis delay{"time.control_delay", "ms", 0.5, 50.0, "delay of the frames [ms]"};
   const MapAxis speed{"task.translate.over", "s", 2.0, 0.05, "largest speed of the move [mm/s]", [](double over_s) {
-                        return kPeakPerMean * kMove_mm / over_s;
+                        return kMinimumJerkPeak * kMove_mm / over_s;
                       }};
   const auto adapt = [](Model& model) { model.scene.duration_s = 0.9 + model.scene.task.translate->over_s; };
   const auto blind = [=](const Model& model) {

@@ -17,7 +17,7 @@ struct HalfSpace {
   bool operator==(const HalfSpace&) const = default;
 };
 struct BoxShape {
-  Eigen::Vector3d size_m;  ///< Along x, y, z; centred on the origin.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Along x, y, z; centred on the origin.
   bool operator==(const BoxShape&) const = default;
 };
 struct SphereShape {

@@ -1,13 +1,8 @@
 #include "engine/environment/environment.h"
 
-#include <algorithm>
+#include "engine/environment/minimum_jerk.h"
 
 namespace thenar {
-
-double minimum_jerk(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
-}
 
 Eigen::Vector3d arm_m(const ArmWay& way, double time_s) {
   return way.from_m + minimum_jerk((time_s - way.begin_s) / way.over_s) * way.by_m;

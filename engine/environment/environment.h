@@ -66,8 +66,4 @@ struct Instant {
 
 [[nodiscard]] Eigen::Isometry3d pose(const EnvironmentBody& body, const Instant& at);
 
-/// The part of a minimum-jerk move that is done after a part s of its time: from 0 to 1 with no velocity and
-/// acceleration at both ends [Flash, Hogan 1985]. Before and after it stays.
-[[nodiscard]] double minimum_jerk(double s);
-
 }  // namespace thenar

@@ -46,7 +46,7 @@ bool same_places(const FoundGrasp& a, const FoundGrasp& b) {
 }
 
 /// The best of each kind, and spare ones that are not the same.
-void keep_best(const FinderProblem& problem, const FinderSettings& settings, FinderReport& report) {
+void keep_best(const FinderSettings& settings, FinderReport& report) {
   std::sort(report.grasps.begin(), report.grasps.end(),
             [](const FoundGrasp& a, const FoundGrasp& b) { return a.cost < b.cost; });
   std::vector<FoundGrasp> kept;
@@ -63,7 +63,6 @@ void keep_best(const FinderProblem& problem, const FinderSettings& settings, Fin
       continue;
     }
     kept.push_back(grasp);
-    complete(problem, kept.back());
   }
   report.grasps = std::move(kept);
 }
@@ -101,7 +100,7 @@ FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& set
     if (!first) first = refusal_of(problem, hand, evidence);
   }
   if (report.grasps.empty() && !report.cancelled) report.refusal = first;
-  keep_best(problem, settings, report);
+  keep_best(settings, report);
   return report;
 }
 

@@ -52,14 +52,6 @@ struct FingerPlace {
   double patch = 0.0;  ///< Share of the pressed patch that is surface of one piece: less at edges and holes.
 };
 
-/// Measures of the set of wrenches that contacts give with normal forces of 1 N in all, moments about the centre of
-/// mass and taken at the lever of the object's largest distance from it.
-struct GraspQuality {
-  double epsilon = 0.0;   ///< Radius of the largest ball about the origin in it [Ferrari, Canny 1992].
-  double volume = 0.0;    ///< [Miller, Allen 1999].
-  double isotropy = 0.0;  ///< Smallest over largest singular value of the grasp map [Kim et al. 2001].
-};
-
 /// What the engine makes of a grasp that is tried before it is offered: see rehearse().
 struct Rehearsal {
   double lasted = 0.0;        ///< The share of the time for which it held: 1 to the end.
@@ -109,7 +101,6 @@ struct FoundGrasp {
   /// On its first 20 mm: the largest |f_t| / f_n under the weight, the largest force of a muscle as a share of its
   /// limit, with each push, too, and the least dexterity.
   double travel_friction = 0.0, travel_share = 0.0, travel_dexterity = 1.0;
-  GraspQuality quality;
   double cost = 0.0;    ///< By which grasps are ranked.
   Rehearsal rehearsal;  ///< Only of those that were tried.
 };

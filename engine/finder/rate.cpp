@@ -10,8 +10,6 @@
 #include "engine/finder/hand_body.h"
 #include "engine/finder/pinch.h"
 #include "engine/finder/pressed_shape.h"
-#include "engine/finder/wrench_space.h"
-#include "engine/grasp/frame.h"
 
 namespace thenar {
 
@@ -118,15 +116,6 @@ PerFinger<double> expected_loads_N(const FinderProblem& problem, const Hand& han
   return loads_N;
 }
 
-std::vector<GraspContact> contacts_of(const FoundGrasp& grasp) {
-  std::vector<GraspContact> contacts;
-  for (const FingerPlace& place : grasp.places) {
-    const Vector3d n = -(grasp.X_WO.linear() * place.normal_O);
-    contacts.push_back({grasp.X_WO * place.point_O, axes_of(n, n.unitOrthogonal())});
-  }
-  return contacts;
-}
-
 FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches, const Stance& stance,
                 const FitTarget& target, StanceFit& fit) {
   FoundGrasp grasp;
@@ -180,16 +169,6 @@ bool alike(const FoundGrasp& a, const FoundGrasp& b) {
   return (to_a - from_a).normalized().dot((to_b - from_b).normalized()) > std::cos(kTurn_rad) &&
          (0.5 * (from_a + to_a) - 0.5 * (from_b + to_b)).norm() < kShift_m &&
          a.approach_O.dot(b.approach_O) > std::cos(kApproach_rad);
-}
-
-void complete(const FinderProblem& problem, FoundGrasp& grasp) {
-  const Eigen::AlignedBox3d& box = problem.object.bounds();
-  double lever_m = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vector3d p = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
-    lever_m = std::max(lever_m, (p - problem.centre_of_mass_m).norm());
-  }
-  grasp.quality = grasp_quality(contacts_of(grasp), grasp.X_WO * problem.centre_of_mass_m, problem.friction, lever_m);
 }
 
 }  // namespace thenar

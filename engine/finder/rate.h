@@ -14,19 +14,13 @@ namespace thenar {
 /// What is wanted of a grasp, in one number: first of all that it holds, then that it is at ease.
 [[nodiscard]] double cost_of(const FoundGrasp& grasp);
 
-/// The grasp that a stance is: places, forces, margin, effort and cost. `hand` has the grasp's fingers alone. Left out
-/// are the travel, see add_travel(), without which a grasp is dear, and what complete() adds.
+/// The grasp that a stance is: places, forces, margin, effort and cost. `hand` has the grasp's fingers alone. The
+/// travel is left out: add_travel() adds it, and without it a grasp has a high cost.
 [[nodiscard]] FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches,
                               const Stance& stance, const FitTarget& target, StanceFit& fit);
 
 /// Whether a user would call two grasps one: the same fingers hold the object on about the same line, from the thumb's
 /// side to that of the others, and come to it in about the same way.
 [[nodiscard]] bool alike(const FoundGrasp& a, const FoundGrasp& b);
-
-/// Adds the measures of the wrench space.
-void complete(const FinderProblem& problem, FoundGrasp& grasp);
-
-/// The contacts of a grasp, world axes.
-[[nodiscard]] std::vector<GraspContact> contacts_of(const FoundGrasp& grasp);
 
 }  // namespace thenar

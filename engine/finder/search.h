@@ -21,8 +21,7 @@ struct SearchEvidence {
   double best_margin = -1.0;  ///< Of fits without faults.
 };
 
-/// Searches with all fingers of `hand`, the grasp's alone. Adds to the report; grasps are not yet complete() and
-/// sorted.
+/// Searches with all fingers of `hand`, the grasp's alone. Adds to the report; grasps are not yet sorted.
 [[nodiscard]] SearchEvidence search(const FinderProblem& problem, const Hand& hand, const FinderSettings& settings,
                                     const FinderProgress& progress, FinderReport& report);
 

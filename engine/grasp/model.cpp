@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/environment/minimum_jerk.h"
+
 namespace thenar {
 
 using Eigen::Isometry3d;
@@ -11,14 +13,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-double minimum_jerk(const Move& move, double time_s) {
-  return thenar::minimum_jerk((time_s - move.from_s) / move.over_s);
+/// The part of the move's amount that is done.
+double amount_at(const Move& move, double time_s) {
+  return minimum_jerk((time_s - move.from_s) / move.over_s) * move.amount;
 }
 
-/// Its derivative [1/s].
-double minimum_jerk_rate(const Move& move, double time_s) {
-  const double s = std::clamp((time_s - move.from_s) / move.over_s, 0.0, 1.0);
-  return 30.0 * s * s * (1.0 - s) * (1.0 - s) / move.over_s;
+/// Its derivative by time.
+double speed_at(const Move& move, double time_s) {
+  return minimum_jerk_rate((time_s - move.from_s) / move.over_s) / move.over_s * move.amount;
 }
 
 /// Of the arm along its axis [m/s^2]: the second derivative of A e(s) sin(w s), s the time since it began, e the square
@@ -52,9 +54,9 @@ bool Model::control_is_due(std::int64_t tick) const {
 
 Isometry3d Model::target(double time_s) const {
   Isometry3d X_WT = scene.object.X_WO;
-  if (const auto& move = scene.task.translate) X_WT.translate(minimum_jerk(*move, time_s) * move->amount * move->axis);
+  if (const auto& move = scene.task.translate) X_WT.translate(amount_at(*move, time_s) * move->axis);
   if (const auto& move = scene.task.rotate) {
-    X_WT.rotate(Eigen::AngleAxisd(minimum_jerk(*move, time_s) * move->amount, move->axis));
+    X_WT.rotate(Eigen::AngleAxisd(amount_at(*move, time_s), move->axis));
   }
   return X_WT;
 }
@@ -63,10 +65,10 @@ Vector6d Model::target_velocity(double time_s) const {
   Vector6d velocity = Vector6d::Zero();
   const Eigen::Matrix3d& axes = scene.object.X_WO.linear();
   if (const auto& move = scene.task.translate) {
-    velocity.head<3>() = minimum_jerk_rate(*move, time_s) * move->amount * (axes * move->axis);
+    velocity.head<3>() = speed_at(*move, time_s) * (axes * move->axis);
   }
   if (const auto& move = scene.task.rotate) {
-    velocity.tail<3>() = minimum_jerk_rate(*move, time_s) * move->amount * (axes * move->axis);
+    velocity.tail<3>() = speed_at(*move, time_s) * (axes * move->axis);
   }
   return velocity;
 }

@@ -100,6 +100,7 @@ struct ReflexSettings {
 /// activation a rises to the excitation u and fall / (0.5 + 1.5 a) while it falls [Thelen 2003, J Biomech Eng 125:70].
 struct Activation {
   double rise_s = 0.0, fall_s = 0.0;
+  bool operator==(const Activation&) const = default;
 };
 
 /// The least stiffness of the object in the hand that muscle forces are chosen for, object axes.
@@ -108,6 +109,7 @@ struct ObjectStiffness {
   Eigen::Vector3d rotation_Nm_per_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Where these belong together; object frame.
   double most_squeeze_N = 0.0;  ///< How far the internal force may rise for it; 0: it stays as it is.
+  bool operator==(const ObjectStiffness&) const = default;
 };
 
 /// What muscles are beyond the forces that they are asked for.
@@ -117,6 +119,7 @@ struct MuscleSettings {
   std::optional<ObjectStiffness> object_stiffness;  ///< Nothing: the least forces do. Of muscles with stiffness alone.
   std::optional<double> frozen_from_s;              ///< From then on excitations stay as they are; nothing: never.
 
+  bool operator==(const MuscleSettings&) const = default;
   /// Whether the contact side has more to do than to apply torques.
   [[nodiscard]] bool act() const { return activation || short_range; }
 };
@@ -252,6 +255,8 @@ struct GraspWish {
   int rank = 1;                                    ///< Of all that are found; 1 is the best.
   std::uint32_t seed = 1;
   std::string place = {};  ///< Of the wish in its file, for refusals: "file:line:column".
+
+  bool operator==(const GraspWish&) const = default;
 };
 
 /// The exact solid of a shape that is one; nothing of others.

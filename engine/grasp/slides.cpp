@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/environment/environment.h"
+#include "engine/environment/minimum_jerk.h"
 
 namespace thenar {
 
@@ -16,7 +16,7 @@ namespace {
 /// The part of a leg that began so long ago that is done.
 double share_of(const PathLeg& leg, double since_s) {
   const double s = since_s / leg.over_s;
-  return leg.smooth ? thenar::minimum_jerk(s) : std::clamp(s, 0.0, 1.0);
+  return leg.smooth ? minimum_jerk(s) : std::clamp(s, 0.0, 1.0);
 }
 
 /// The length of the path between two times.

@@ -37,18 +37,8 @@ std::int32_t narrow(std::int64_t value) {
 
 }  // namespace
 
-LoopProfile::LoopProfile(const Model& model) : model_(model), monitor_(model), warnings_(model) {}
-
-void LoopProfile::begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N) {
-  monitor_.add(0.0, first, muscle_forces_N);
-}
-
 void LoopProfile::add(const ContactSample& sample) {
   const TickReport& tick = sample.step.tick;
-  TickRecord record = tick_record(model_, sample.after, tick, ControlReport(model_.scene.hand));
-  sums_.add(record);
-  monitor_.add(record);
-
   ContactTrace trace;
   trace.deadline_ns = sample.deadline_ns;
   trace.start_ns = sample.start_ns;
@@ -63,19 +53,14 @@ void LoopProfile::add(const ContactSample& sample) {
   trace.residual = static_cast<float>(tick.solve.residual);
   const bool follows = !contact_.empty() && last_.tick + 1 == sample.after.tick;
   trace.force_step_N = static_cast<float>(follows ? force_step_N(last_, sample.after) : kNaN);
-  trace.position_error_m = static_cast<float>((record.position_m - record.target_m).norm());
-  trace.rotation_error_rad = static_cast<float>(record.rotation_error_rad);
-  trace.force_N = PerFinger<float>(model_.fingers());
-  for (int k = 0; k < model_.fingers(); ++k) trace.force_N[k] = static_cast<float>(sample.after.load[k].force_N.norm());
+  const auto& load = sample.after.load;
+  trace.force_N = PerFinger<float>(static_cast<int>(load.size()));
+  for (std::size_t k = 0; k < load.size(); ++k) trace.force_N[k] = static_cast<float>(load[k].force_N.norm());
   trace.handed_over = tick.handed_over;
   trace.held = tick.held;
   trace.caught_up = sample.caught_up;
   trace.finite = tick.solve.status != SolveStatus::kNotFinite;
   contact_.push_back(trace);
-
-  ledger_.add(tick.ledger);
-  penetration_m_ = std::max(penetration_m_, tick.penetration_m);
-  warnings_.add(record);
   last_ = sample.after;
 }
 
@@ -97,8 +82,6 @@ void LoopProfile::add(const ControlSample& sample) {
   trace.stiffness_answered = !control.stiffness.is_unanswered;
   control_.push_back(trace);
   control_slipped_ += sample.slipped;
-  const double time_s = static_cast<double>(sample.step.snapshot_tick) * model_.scene.step_s;
-  monitor_.add(time_s, control, sample.muscle_forces_N);
 }
 
 namespace {
@@ -129,8 +112,11 @@ ordered_json rate_hz(const std::deque<Trace>& traces) {
   return finite(1e9 * static_cast<double>(traces.size() - 1) / spent_ns);
 }
 
-ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& report) {
-  const auto& ticks = profile.contact();
+ordered_json contact_loop(const RealtimeRun& run) {
+  const auto& ticks = run.profile.contact();
+  const ThreadsReport& report = run.report;
+  const Percentiles sweeps = percentiles(collect(ticks, &ContactTrace::sweeps));
+  const auto is_unsolved = [](const ContactTrace& t) { return t.contacts > 0 && t.residual > 1e-2F; };
   return {{"rate_hz", rate_hz(ticks)},
           {"ticks", report.ticks},
           {"jitter", latency(collect(ticks, &ContactTrace::jitter_us))},
@@ -139,11 +125,15 @@ ordered_json contact_loop(const LoopProfile& profile, const ThreadsReport& repor
           {"caught_up", std::ranges::count_if(ticks, &ContactTrace::caught_up)},
           {"slipped", report.slipped},
           {"longest_slip_s", report.longest_slip_s},
-          {"lost_samples", report.lost_samples}};
+          {"lost_samples", report.lost_samples},
+          {"sweeps_p50", finite(sweeps.p50)},
+          {"sweeps_p99", finite(sweeps.p99)},
+          {"residual_above_1e-2", std::ranges::count_if(ticks, is_unsolved)},
+          {"not_finite", std::ranges::count(ticks, false, &ContactTrace::finite)}};
 }
 
-ordered_json control_loop(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
-  const auto& ticks = profile.control();
+ordered_json control_loop(const Model& model, const RealtimeRun& run) {
+  const auto& ticks = run.profile.control();
   // A stage that the scene does not have takes no time; null says so.
   const auto stage = [&](bool exists, float ControlTrace::*us) -> ordered_json {
     return latency(exists ? collect(ticks, us) : Values());
@@ -153,9 +143,12 @@ ordered_json control_loop(const Model& model, const LoopProfile& profile, const 
           {"ticks", ticks.size()},
           {"total", latency(collect(ticks, &ControlTrace::total_us))},
           {"jitter", latency(collect(ticks, &ControlTrace::jitter_us))},
-          {"slipped", profile.control_slipped()},
-          {"lost_samples", report.lost_control_samples},
+          {"slipped", run.profile.control_slipped()},
+          {"lost_samples", run.report.lost_control_samples},
           {"refused", std::ranges::count(ticks, false, &ControlTrace::published)},
+          {"grasp_unsolved", std::ranges::count(ticks, false, &ControlTrace::grasp_found)},
+          {"muscle_unsolved", std::ranges::count(ticks, false, &ControlTrace::muscles_found)},
+          {"stiffness_unanswered", std::ranges::count(ticks, false, &ControlTrace::stiffness_answered)},
           {"stages",
            {{"grasp_lcp", stage(control.has_value(), &ControlTrace::grasp_us)},
             {"muscle_lcp", stage(model.scene.has_muscles(), &ControlTrace::muscle_us)},
@@ -168,11 +161,11 @@ ordered_json counts_json(const ExchangeCounts& counts) {
           {"in_flight", counts.in_flight}, {"torn", counts.torn},         {"unaccounted", counts.unaccounted()}};
 }
 
-ordered_json exchange(const LoopProfile& profile, const ThreadsReport& report) {
-  const auto& ticks = profile.contact();
+ordered_json exchange(const RealtimeRun& run) {
+  const auto& ticks = run.profile.contact();
   const Percentiles publish = percentiles(collect(ticks, &ContactTrace::publish_ns));
   const Percentiles acquire = percentiles(collect(ticks, &ContactTrace::acquire_ns, &ContactTrace::handed_over));
-  ordered_json json = counts_json(report.frames);
+  ordered_json json = counts_json(run.report.frames);
   json["publish_p50_ns"] = finite(publish.p50);
   json["publish_p99_ns"] = finite(publish.p99);
   json["acquire_p50_ns"] = finite(acquire.p50);
@@ -218,23 +211,13 @@ ordered_json hold(const LoopProfile& profile) {
   return {{"transitions", transitions}, {"ticks", std::ranges::count_if(profile.contact(), &ContactTrace::held)}};
 }
 
-ordered_json object(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
-  const auto& ticks = profile.contact();
-  const double end_s = ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s;
-  const auto last = ends_from(model, end_s - kFinalWindow_s);
-  const auto measured = ends_from(model, kMeasuredFrom_s);
-  const auto mm = [](const ContactTrace& t) { return 1e3 * static_cast<double>(t.position_error_m); };
-  const auto deg = [](const ContactTrace& t) { return kDegrees * static_cast<double>(t.rotation_error_rad); };
-  ordered_json json = verdict_json(profile.verdict(report));
-  json.update({{"final_error_mm", finite(mean(collect(ticks, mm, last)))},
-               {"max_error_mm", finite(percentiles(collect(ticks, mm, measured)).max)},
-               {"final_rotation_deg", finite(mean(collect(ticks, deg, last)))},
-               {"max_rotation_deg", finite(percentiles(collect(ticks, deg, measured)).max)}});
-  return json;
-}
-
-Values residuals(const LoopProfile& profile) {
-  return collect(profile.contact(), &ContactTrace::residual, [](const auto& t) { return t.contacts > 0; });
+/// The largest distance of the object from its target, once the grip had built up.
+double max_error_m(const Recording& recording) {
+  double most_m = kNaN;
+  for (const TickRecord& tick : recording.ticks) {
+    if (tick.is_measured()) most_m = std::fmax(most_m, (tick.position_m - tick.target_m).norm());
+  }
+  return most_m;
 }
 
 ordered_json scheduling(const ThreadsReport& report) {
@@ -258,53 +241,34 @@ ordered_json scheduling(const ThreadsReport& report) {
 
 }  // namespace
 
-Verdict LoopProfile::verdict(const ThreadsReport& report) const {
-  GraspMonitor monitor = monitor_;
-  if (const auto what = lost_records(report)) monitor.miss(*what);
-  return monitor.verdict();
+ordered_json summarize(const Model& model, const RealtimeRun& run) {
+  ordered_json summary = summarize(model, run.recording);
+  add_loops(model, run, summary);
+  return summary;
 }
 
-ordered_json profile_json(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
-  const auto& ticks = profile.contact();
-  const Values residual = residuals(profile);
-  const Percentiles sweeps = percentiles(collect(ticks, &ContactTrace::sweeps));
-  const Percentiles contacts = percentiles(collect(ticks, &ContactTrace::contacts));
-  ordered_json ledger = ledger_json(profile.ledger());
-  ledger["injected_over_dissipated"] = finite(profile.ledger().injected_J / profile.ledger().dissipated_J);
-  return {{"scene", model.scene.name},
-          {"build", build_settings()},
-          {"scheduling", scheduling(report)},
-          {"settings", loop_settings(model.scene)},
-          {"wall_s", report.wall_s},
-          {"simulated_s", ticks.empty() ? 0.0 : static_cast<double>(ticks.back().tick) * model.scene.step_s},
-          {"loops", {{"contact", contact_loop(profile, report)}, {"control", control_loop(model, profile, report)}}},
-          {"exchange", exchange(profile, report)},
-          {"snapshots", counts_json(report.snapshots)},
-          {"frame_age", frame_age(model, profile)},
-          {"residual_p99", finite(percentiles(residual).p99)},
-          {"residual_above_1e-2", std::count_if(residual.begin(), residual.end(), [](double r) { return r > 1e-2; })},
-          {"not_finite", std::ranges::count(ticks, false, &ContactTrace::finite)},
-          {"sweeps", {{"p50", finite(sweeps.p50)}, {"p99", finite(sweeps.p99)}}},
-          {"contacts", {{"p50", finite(contacts.p50)}, {"max", finite(contacts.max)}}},
-          {"max_penetration_um", 1e6 * profile.penetration_m()},
-          {"warnings", profile.warnings()},
-          {"handover", handover(model, profile)},
-          {"ledger", ledger},
-          {"hold", hold(profile)},
-          {"lcp",
-           {{"grasp_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::grasp_found)},
-            {"muscle_unsolved", std::ranges::count(profile.control(), false, &ControlTrace::muscles_found)},
-            {"stiffness_unanswered", std::ranges::count(profile.control(), false, &ControlTrace::stiffness_answered)}}},
-          {"object", object(model, profile, report)},
-          {"floor", nullptr}};
+void add_loops(const Model& model, const RealtimeRun& run, ordered_json& summary) {
+  const LoopProfile& profile = run.profile;
+  summary["object"]["max_error_mm"] = finite(1e3 * max_error_m(run.recording));
+  const Ledger ledger = run.recording.ticks.empty() ? Ledger{} : run.recording.ticks.back().ledger;
+  summary["ledger"]["injected_over_dissipated"] = finite(ledger.injected_J / ledger.dissipated_J);
+  summary["scheduling"] = scheduling(run.report);
+  summary["wall_s"] = run.report.wall_s;
+  summary["loops"] = {{"contact", contact_loop(run)}, {"control", control_loop(model, run)}};
+  summary["exchange"] = exchange(run);
+  summary["snapshots"] = counts_json(run.report.snapshots);
+  summary["frame_age"] = frame_age(model, profile);
+  summary["handover"] = handover(model, profile);
+  summary["hold"] = hold(profile);
 }
 
-std::vector<std::string> lags(const Model& model, const LoopProfile& profile, const ThreadsReport& report) {
+std::vector<std::string> lags(const Model& model, const RealtimeRun& run) {
+  const LoopProfile& profile = run.profile;
   std::vector<std::string> sentences;
   const auto kept = [](std::int64_t done, std::int64_t slipped) {
     return static_cast<double>(done) / std::max(1.0, static_cast<double>(done + slipped));
   };
-  const double contact = kept(report.ticks, report.slipped);
+  const double contact = kept(run.report.ticks, run.report.slipped);
   if (contact < kKeptShare) {
     const Percentiles us = percentiles(collect(profile.contact(), &ContactTrace::compute_us));
     const Percentiles count = percentiles(collect(profile.contact(), &ContactTrace::contacts));

@@ -10,10 +10,7 @@
 
 #include "engine/grasp/model.h"
 #include "engine/loops/threads.h"
-#include "engine/results/grasp_monitor.h"
-#include "engine/results/recorder.h"
 #include "engine/results/recording.h"
-#include "engine/results/warnings.h"
 
 namespace thenar {
 
@@ -27,8 +24,7 @@ struct ContactTrace {
   std::int32_t sweeps = 0, contacts = 0;
   float residual = 0.0F;
   float force_step_N = 0.0F;  ///< max over the fingers of |F_k(t) - F_k(t - 1)|; NaN if the tick before is unknown.
-  float position_error_m = 0.0F, rotation_error_rad = 0.0F;
-  PerFinger<float> force_N;  ///< |F_k|.
+  PerFinger<float> force_N;   ///< |F_k|.
   bool handed_over = false, held = false, caught_up = false, finite = true;
 
   [[nodiscard]] double jitter_us() const { return 1e-3 * static_cast<double>(start_ns - deadline_ns); }
@@ -50,60 +46,50 @@ struct ControlTrace {
 /// on_control, on the thread that called it.
 class LoopProfile {
  public:
-  explicit LoopProfile(const Model& model);
-
-  /// The control tick of frame 0: run_threads gives it to on_first_control.
-  void begin(const ControlReport& first, const Eigen::VectorXd& muscle_forces_N);
   void add(const ContactSample& sample);
   void add(const ControlSample& sample);
-  /// As Recorder's.
-  void interrupt(double time_s) { monitor_.miss(interruption(time_s)); }
 
   [[nodiscard]] const std::deque<ContactTrace>& contact() const { return contact_; }
   [[nodiscard]] const std::deque<ControlTrace>& control() const { return control_; }
-  [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] std::int64_t control_slipped() const { return control_slipped_; }
-  [[nodiscard]] double penetration_m() const { return penetration_m_; }
-  [[nodiscard]] std::vector<std::string> warnings() const { return warnings_.sentences(); }
-  /// Of the ticks so far; with records lost, what is known of them.
-  [[nodiscard]] Verdict verdict(const ThreadsReport& report) const;
 
  private:
-  const Model& model_;
-  RunSums sums_;
-  GraspMonitor monitor_;
   std::deque<ContactTrace> contact_;  // In chunks: they grow without a pause, and take no more than there is.
   std::deque<ControlTrace> control_;
   Snapshot last_;  ///< After the contact tick before.
-  Ledger ledger_;
-  double penetration_m_ = 0.0;  ///< The deepest.
-  Warnings warnings_;
   std::int64_t control_slipped_ = 0;
 };
 
-/// The latency profile, as profile.json has it: units in the keys, null where there was nothing to measure. Percentiles
-/// are those of percentiles.h, over all ticks of the run unless a line below says otherwise.
+/// A run on two threads that has ended.
+struct RealtimeRun {
+  Recording recording;
+  ThreadsReport report;
+  LoopProfile profile;
+};
+
+/// The measures of a run on two threads, as its summary.json has them: those of summarize(), the largest position error
+/// of the object and the ratio of the ledger's injected and dissipated energy, and the latency profile: units in the
+/// keys, null where there was nothing to measure. Percentiles are those of percentiles.h, over all ticks of the run
+/// unless a line below says otherwise.
 ///
 /// jitter        Start of a tick minus its deadline, catch-up ticks included.
 /// compute       Start to end of a contact tick: frame taken, step done, snapshot published.
 /// rate_hz       Ticks done in the wall time between the first and the last start.
+/// residual_above_1e-2, not_finite
+///               Contact ticks with contacts and a larger residual (natural map), and those without a finite solution.
 /// exchange      Counts of the frames, and the two costs on the contact thread: acquire, over the ticks that took a new
 ///               frame, and publish of the snapshot, over all ticks. Each holds one reading of the clock.
 /// frame_age     Simulated time from the frame's snapshot to the tick's start.
-/// residual_p99  Over the ticks with contacts, natural map. residual_above_1e-2 counts ticks.
 /// handover      Force step of a tick: max over the fingers of |F_k(t) - F_k(t - 1)|. kick_N_max and kick_N_p99 at the
 ///               hand-overs, tick_N_p99 at all other ticks, all from 0.3 s on.
 /// hold          Ticks that held an old frame's drive, and the times that this began or ended.
-/// object        As in summary.json: the verdict; mean error over the last 0.3 s, the largest from 0.3 s on. A lost
-///               object is reported and the run goes on.
-/// floor         Null: what the machine can do at best is measured elsewhere.
-[[nodiscard]] nlohmann::ordered_json profile_json(const Model& model, const LoopProfile& profile,
-                                                  const ThreadsReport& report);
+[[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const RealtimeRun& run);
+/// Adds what the two loops did to the measures of the run's recording, which makes it the same.
+void add_loops(const Model& model, const RealtimeRun& run, nlohmann::ordered_json& summary);
 
 /// Why simulated time lags behind: a sentence for each loop that did not keep kKeptShare of its ticks, with how long
-/// they take, and what takes the most of it. None if both kept them.
-[[nodiscard]] std::vector<std::string> lags(const Model& model, const LoopProfile& profile,
-                                            const ThreadsReport& report);
+/// they take, and what takes the most of it. The list is empty if both kept them.
+[[nodiscard]] std::vector<std::string> lags(const Model& model, const RealtimeRun& run);
 
 /// That records were lost, in a sentence; nothing if none was.
 [[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);

@@ -79,8 +79,9 @@ Recording run_scene(const Model& model, State& state, const RunSettings& setting
   return recorder.finish(state, run.report, progress.wall_s());
 }
 
-RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
-                         const Progress& progress, RecordingFile* film, const std::vector<Watcher*>& watchers) {
+RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, const Progress& progress,
+                         RecordingFile* film, const std::vector<Watcher*>& watchers) {
+  RealtimeRun run;
   Recorder recorder(model, film);
   bool lost = false;
   std::optional<double> interrupted_s;
@@ -101,7 +102,6 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   });
   std::int64_t first_ns = 0;
   settings.on_first_control = [&](const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
-    profile.begin(control, muscle_forces_N);
     recorder.see_control(ControlTick{0.0, control, muscle_forces_N});
     ControlSample first;
     first.step.control = control;
@@ -109,7 +109,7 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
     pairing.start(first);
   };
   settings.on_tick = [&](const ContactSample& sample) {
-    profile.add(sample);
+    run.profile.add(sample);
     pairing.add(sample);
     if (first_ns == 0) first_ns = sample.deadline_ns;
     const double simulated_s = static_cast<double>(sample.after.tick) * model.scene.step_s;
@@ -118,10 +118,9 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
     return !lost && !interrupted_s;
   };
   settings.on_control = [&](const ControlSample& sample) {
-    profile.add(sample);
+    run.profile.add(sample);
     pairing.add(sample);
   };
-  RealtimeRun run;
   run.report = run_threads(model, state, settings);
   pairing.finish();
   if (filming) filming->finish();

@@ -32,18 +32,12 @@ struct RunSettings {
 /// left as the run ended. The same scene gives the same bits.
 [[nodiscard]] Recording run_scene(const Model& model, State& state, const RunSettings& settings = {});
 
-/// What a run on two threads leaves.
-struct RealtimeRun {
-  Recording recording;
-  ThreadsReport report;
-};
-
 /// The same by run_threads, in real time. Ticks that slipped are not in the recording and do not count as missing:
-/// simulated time lags. The fingertips are not shown. `settings` says how; its callbacks are not called. `profile`
-/// receives every tick, and `film`, if there is one, what it looks like; throws FileError. A state that nobody had time
-/// for is missing there. `watchers` see the ticks as the recorder does, on the calling thread. With `settings.live`,
-/// which `film` excludes, people act on it.
-[[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, LoopProfile& profile,
+/// simulated time lags. The fingertips are not shown. `settings` says how; its callbacks are not called. `film`, if
+/// there is one, receives what it looks like; throws FileError. A state that nobody had time for is missing there.
+/// `watchers` see the ticks as the recorder does, on the calling thread. With `settings.live`, which `film` excludes,
+/// people act on it.
+[[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings,
                                        const Progress& progress = {}, RecordingFile* film = nullptr,
                                        const std::vector<Watcher*>& watchers = {});
 

@@ -11,7 +11,9 @@
 #include "engine/formats/text.h"
 #include "engine/hand/coupled_joints.h"
 #include "engine/scenes/config.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/config_reader.h"
+#include "engine/scenes/hand_keys.h"
+#include "engine/scenes/key_table.h"
 #include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
@@ -21,228 +23,210 @@ using Eigen::Vector3d;
 
 namespace {
 
-template <typename Named>
-int index_of(const Named& items, std::string_view name) {
-  const auto found = std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
-  return found == items.end() ? -1 : static_cast<int>(found - items.begin());
-}
+/// Makes the hand of its file's keys: names become indices. What does not fit together is refused in its place.
+class HandMaker {
+ public:
+  HandMaker(const HandKeys& keys, const ConfigMap& root) : keys_(keys), root_(root) {}
 
-Vector3d unit3(const ConfigMap& map, std::string_view key) {
-  const Vector3d v = map.quantities(key);
-  if (v.squaredNorm() > 0.0) return v.normalized();
-  map.refuse(key, "a direction must not be zero");
-  return Vector3d::UnitX();
-}
-
-std::optional<double> if_named(const ConfigMap& map, std::string_view key) {
-  return map.has(key) ? std::optional(map.quantity(key)) : std::nullopt;
-}
-
-/// "no joint is named 'tumb'", and the name that is nearest.
-template <class Named>
-std::string none_is_named(const char* thing, std::string_view name, const std::vector<Named>& all) {
-  std::vector<std::string_view> names;
-  for (const Named& one : all) names.push_back(one.name);
-  return fmt::format("no {} is named '{}'{}", thing, name, did_you_mean(nearest_word(name, names)));
-}
-
-int joint_index(const Hand& hand, const ConfigMap& map, std::string_view key, std::string_view name) {
-  const int index = index_of(hand.joints, name);
-  if (index < 0) map.refuse(key, none_is_named("joint", name, hand.joints));
-  return std::max(index, 0);
-}
-
-int segment_index(const Hand& hand, const ConfigMap& map) {
-  const std::string name = map.text("segment");
-  const int index = index_of(hand.segments, name);
-  if (index < 0) map.refuse("segment", none_is_named("segment", name, hand.segments));
-  return std::max(index, 0);
-}
-
-void read_joints(const ConfigMap& root, Hand& hand) {
-  const auto joints = root.list_of_maps("joints");
-  if (joints.size() > kMaxHandJoints) root.refuse("joints", fmt::format("must list at most {} joints", kMaxHandJoints));
-  for (std::size_t i = 0; i < std::min<std::size_t>(joints.size(), kMaxHandJoints); ++i) {
-    const Eigen::VectorXd limits = joints[i].quantities("limits");
-    hand.joints.push_back({joints[i].text("name"), joints[i].quantities("origin_at_q0"), unit3(joints[i], "axis_at_q0"),
-                           limits[0], limits[1]});
+  Hand make() {
+    make_joints();
+    make_segments();
+    make_fingertips();
+    if (hand_.fingers() > 0 && !root_.is_refused("fingertips")) find_fingers();
+    if (std::ssize(keys_.muscles) > kMaxMuscles) refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
+    for (std::size_t m = 0; m < keys_.muscles.size(); ++m) hand_.muscles.push_back(muscle(m));
+    couple();
+    return std::move(hand_);
   }
-}
+  [[nodiscard]] const std::vector<Coupling>& couplings() const { return couplings_; }
 
-/// The palm and the bones; returns the joints that move each.
-std::vector<std::vector<int>> read_segments(const ConfigMap& root, Hand& hand) {
-  Segment palm;
-  palm.name = "palm";
-  palm.X_WS_0.setIdentity();
-  hand.segments.push_back(palm);
-  std::vector<std::vector<int>> moved_by(1);
-  for (const ConfigMap& map : root.list_of_maps("segments")) {
-    Segment segment;
-    segment.name = map.text("name");
-    std::vector<int>& joints = moved_by.emplace_back();
-    for (const std::string& name : map.texts("moved_by")) joints.push_back(joint_index(hand, map, "moved_by", name));
-    const ConfigMap frame = map.map("frame_at_q0");
-    segment.X_WS_0.setIdentity();
-    segment.X_WS_0.linear() = frame.rotation("R");
-    segment.X_WS_0.translation() = frame.quantities("origin");
-    segment.length_m = map.quantity("length");
-    segment.mass_kg = map.quantity("mass");
-    segment.com_m = map.quantities("com");
-    hand.segments.push_back(segment);
+ private:
+  [[nodiscard]] ConfigMap item(const char* list, std::size_t i) const { return root_.list_of_maps(list)[i]; }
+  void refuse(const char* key, const std::string& what) const {
+    if (!root_.is_refused(key)) root_.refuse(key, what);
   }
-  return moved_by;
-}
 
-/// Axes whose column `kept` is along v, and another one near w: the first to the third, or the third to the first.
-Matrix3d axes_about(int kept, const Vector3d& v, const Vector3d& w) {
-  Vector3d u = w - w.dot(v) * v;
-  u = u.norm() > 1e-6 ? u.normalized() : v.unitOrthogonal();
-  Matrix3d axes;
-  axes.col(kept) = v;
-  axes.col(2 - kept) = u;
-  axes.col(1) = Vector3d(axes.col(2)).cross(axes.col(0));
-  return axes;
-}
-
-/// The shape of a pulp: a radius is a sphere, with a length a capsule; semi-axes are an ellipsoid.
-void read_pulp(const ConfigMap& map, Fingertip& tip) {
-  constexpr double kMostRatio = 4.0;
-  const bool has_axes = map.has("pulp_axes");
-  const Matrix3d axes = has_axes ? map.rotation("pulp_axes") : Matrix3d::Identity();
-  const auto set = [&](PulpShape::Form form, const Vector3d& half_m, const Matrix3d& usual) {
-    tip.shape = PulpShape{form, has_axes ? axes : usual, half_m};
-    tip.radius_m = tip.shape->inner_radius_m();
-  };
-  if (map.has("semi_axes")) {
-    const Vector3d half_m = map.quantities("semi_axes");
-    for (const char* const other : {"radius", "length"}) {
-      if (!map.has(other)) continue;
-      (void)map.quantity(other);
-      map.refuse(other, "an ellipsoid has semi_axes alone: name these, or a radius");
+  template <typename Named>
+  static int index_of(const std::vector<Named>& all, std::string_view name) {
+    const auto found = std::ranges::find(all, name, &Named::name);
+    return found == all.end() ? -1 : static_cast<int>(found - all.begin());
+  }
+  /// "no joint is named 'tumb'", and the name that is nearest.
+  template <typename Named>
+  static std::string none_is_named(const char* thing, std::string_view name, const std::vector<Named>& all) {
+    std::vector<std::string_view> names;
+    for (const Named& one : all) names.push_back(one.name);
+    return fmt::format("no {} is named '{}'{}", thing, name, did_you_mean(nearest_word(name, names)));
+  }
+  /// Those of these names, and the first one where there is none, which is refused.
+  [[nodiscard]] std::vector<int> joints_named(const std::vector<std::string>& names, const ConfigMap& map,
+                                              const char* key) const {
+    std::vector<int> joints;
+    for (const std::string& name : names) {
+      const int joint = index_of(hand_.joints, name);
+      if (joint < 0) map.refuse(key, none_is_named("joint", name, hand_.joints));
+      joints.push_back(std::max(joint, 0));
     }
-    if (half_m.maxCoeff() > kMostRatio * half_m.minCoeff()) {
-      map.refuse("semi_axes", fmt::format("the largest must be at most {:g} times the least", kMostRatio));
-    }
-    set(PulpShape::Form::kEllipsoid, half_m, axes_about(2, tip.normal, Vector3d::UnitX()));
-    return;
+    return joints;
   }
-  if (!map.has("radius")) {
-    if (map.has("length")) (void)map.quantity("length");
-    map.refuse("radius", "is missing: a pulp has a radius, or semi_axes");
-    return;
+  [[nodiscard]] int segment_named(const std::string& name, const ConfigMap& map) const {
+    const int segment = index_of(hand_.segments, name);
+    if (segment < 0) map.refuse("segment", none_is_named("segment", name, hand_.segments));
+    return std::max(segment, 0);
   }
-  tip.radius_m = map.quantity("radius");
-  if (map.has("length")) {
-    const Vector3d half_m(0.5 * map.quantity("length"), tip.radius_m, tip.radius_m);
-    set(PulpShape::Form::kCapsule, half_m, axes_about(0, Vector3d::UnitX(), tip.normal));
-  } else if (has_axes) {
-    map.refuse("pulp_axes", "a sphere has no axes: they are of semi_axes, or of a length");
-  }
-}
 
-/// A finger's joints are those that move its last segment.
-void read_fingertips(const ConfigMap& root, const std::vector<std::vector<int>>& moved_by, Hand& hand) {
-  const auto tips = root.list_of_maps("fingertips");
-  if (tips.empty() || tips.size() > kMaxFingers) {
-    if (!root.is_refused("fingertips")) {
-      root.refuse("fingertips", fmt::format("must list one fingertip for each of 1 to {} fingers", kMaxFingers));
+  void make_joints() {
+    const std::vector<JointKeys>& joints = keys_.joints;
+    if (joints.size() > kMaxHandJoints) refuse("joints", fmt::format("must list at most {} joints", kMaxHandJoints));
+    for (std::size_t i = 0; i < std::min<std::size_t>(joints.size(), kMaxHandJoints); ++i) {
+      const JointKeys& joint = joints[i];
+      hand_.joints.push_back({joint.name, joint.origin_m, joint.axis, joint.limits_rad[0], joint.limits_rad[1]});
     }
-    return;
   }
-  int first = 0;
-  bool sound = true;  // After a fault the others are read for theirs alone.
-  for (const ConfigMap& map : tips) {
+
+  /// The palm and the bones.
+  void make_segments() {
+    Segment palm;
+    palm.name = "palm";
+    palm.X_WS_0.setIdentity();
+    hand_.segments.push_back(palm);
+    moved_by_.emplace_back();
+    for (std::size_t s = 0; s < keys_.segments.size(); ++s) {
+      const SegmentKeys& keys = keys_.segments[s];
+      moved_by_.push_back(joints_named(keys.moved_by, item("segments", s), "moved_by"));
+      Segment segment;
+      segment.name = keys.name;
+      segment.X_WS_0 = keys.X_WS_0;
+      segment.length_m = keys.length_m;
+      segment.mass_kg = keys.mass_kg;
+      segment.com_m = keys.com_m;
+      hand_.segments.push_back(segment);
+    }
+  }
+
+  /// Axes whose column `kept` is along v, and another one near w: the first to the third, or the third to the first.
+  static Matrix3d axes_about(int kept, const Vector3d& v, const Vector3d& w) {
+    Vector3d u = w - w.dot(v) * v;
+    u = u.norm() > 1e-6 ? u.normalized() : v.unitOrthogonal();
+    Matrix3d axes;
+    axes.col(kept) = v;
+    axes.col(2 - kept) = u;
+    axes.col(1) = Vector3d(axes.col(2)).cross(axes.col(0));
+    return axes;
+  }
+
+  /// The shape of a pulp: a radius is a sphere, with a length a capsule; semi-axes are an ellipsoid.
+  static Fingertip with_pulp(const FingertipKeys& keys) {
     Fingertip tip;
-    tip.finger = map.text("finger");
-    tip.segment = segment_index(hand, map);
-    tip.centre_m = map.quantities("pulp_centre");
-    tip.normal = unit3(map, "pulp_normal");
-    read_pulp(map, tip);
-    tip.joint_viscosity = if_named(map, "joint_viscosity");
-    tip.reduced_modulus_Pa = if_named(map, "reduced_modulus");
-    tip.poisson = if_named(map, "poisson");
-    tip.relaxation_s = if_named(map, "relaxation");
-    tip.first_joint = first;
-    const std::vector<int>& joints = moved_by[tip.segment];
-    tip.joints = static_cast<int>(std::min<std::size_t>(joints.size(), kMaxFingerJoints));
-    if (!sound) continue;
-    for (const int joint : joints) {
-      if (joint == first) ++first;
+    tip.finger = keys.finger;
+    tip.centre_m = keys.centre_m;
+    tip.normal = keys.normal;
+    tip.joint_viscosity = keys.joint_viscosity;
+    tip.reduced_modulus_Pa = keys.reduced_modulus_Pa;
+    tip.poisson = keys.poisson;
+    tip.relaxation_s = keys.relaxation_s;
+    tip.radius_m = keys.radius_m.value_or(0.0);
+    if (keys.semi_axes_m) {
+      const Matrix3d axes = keys.axes ? *keys.axes : axes_about(2, tip.normal, Vector3d::UnitX());
+      tip.shape = PulpShape{PulpShape::Form::kEllipsoid, axes, *keys.semi_axes_m};
+    } else if (keys.length_m) {
+      const Matrix3d axes = keys.axes ? *keys.axes : axes_about(0, Vector3d::UnitX(), tip.normal);
+      tip.shape = PulpShape{PulpShape::Form::kCapsule, axes, {0.5 * *keys.length_m, tip.radius_m, tip.radius_m}};
     }
-    if (joints.empty() || first != tip.first_joint + std::ssize(joints) || tip.joints != std::ssize(joints)) {
-      map.refuse("segment", fmt::format("must be moved by one to {} joints: those that follow the fingers before it",
-                                        kMaxFingerJoints));
-      sound = false;
-      continue;
-    }
-    const auto is_called_so = [&](const Fingertip& other) { return other.finger == tip.finger; };
-    if (std::ranges::any_of(hand.fingertips, is_called_so))
-      map.refuse("finger", "is there twice: '" + tip.finger + "'");
-    hand.fingertips.push_back(tip);
+    if (tip.shape) tip.radius_m = tip.shape->inner_radius_m();
+    return tip;
   }
-  if (!sound || first == std::ssize(hand.joints)) return;
-  root.refuse("joints", "'" + hand.joints[first].name + "' moves no fingertip");
-}
 
-/// A segment is moved by the first joints of one finger, in their order.
-void find_fingers(const ConfigMap& root, const std::vector<std::vector<int>>& moved_by, Hand& hand) {
-  const auto maps = root.list_of_maps("segments");
-  for (std::size_t s = 1; s < hand.segments.size(); ++s) {
-    Segment& segment = hand.segments[s];
-    segment.joints = static_cast<int>(moved_by[s].size());
-    for (int j = 0; j < segment.joints; ++j) {
-      const int joint = moved_by[s][j];
-      for (int k = 0; j == 0 && k < hand.fingers(); ++k) {
-        if (hand.fingertips[k].has_joint(joint)) segment.finger = k;
+  /// A finger's joints are those that move its last segment.
+  void make_fingertips() {
+    if (keys_.fingertips.empty() || keys_.fingertips.size() > kMaxFingers) {
+      return refuse("fingertips", fmt::format("must list one fingertip for each of 1 to {} fingers", kMaxFingers));
+    }
+    int first = 0;
+    for (std::size_t k = 0; k < keys_.fingertips.size(); ++k) {
+      const ConfigMap map = item("fingertips", k);
+      Fingertip tip = with_pulp(keys_.fingertips[k]);
+      tip.segment = segment_named(keys_.fingertips[k].segment, map);
+      tip.first_joint = first;
+      const std::vector<int>& joints = moved_by_[tip.segment];
+      tip.joints = static_cast<int>(std::min<std::size_t>(joints.size(), kMaxFingerJoints));
+      for (const int joint : joints) first += joint == first ? 1 : 0;
+      if (joints.empty() || first != tip.first_joint + std::ssize(joints) || tip.joints != std::ssize(joints)) {
+        return map.refuse("segment",
+                          fmt::format("must be moved by one to {} joints: those that follow the fingers before it",
+                                      kMaxFingerJoints));
       }
-      const Fingertip& tip = hand.fingertips[segment.finger];
-      if (tip.has_joint(joint) && joint == tip.first_joint + j) continue;
-      maps[s - 1].refuse("moved_by", "must name the first joints of one finger, in their order");
-      break;
+      const auto is_called_so = [&](const Fingertip& other) { return other.finger == tip.finger; };
+      if (std::ranges::any_of(hand_.fingertips, is_called_so))
+        map.refuse("finger", "is there twice: '" + tip.finger + "'");
+      hand_.fingertips.push_back(tip);
     }
+    if (first < std::ssize(hand_.joints))
+      root_.refuse("joints", "'" + hand_.joints[first].name + "' moves no fingertip");
   }
-}
 
-/// The joints that follow others.
-std::vector<Coupling> read_couplings(const ConfigMap& root, const Hand& hand) {
-  std::vector<Coupling> couplings;
-  const auto maps = root.list_of_maps("joints");
-  for (std::size_t i = 0; i < hand.joints.size(); ++i) {
-    const ConfigMap& map = maps[i];
-    if (!map.has("follows")) {
-      for (const char* key : {"ratio", "offset"}) {
-        if (map.has(key)) map.refuse(key, "is of a joint that follows another one: follows names that");
+  /// A segment is moved by the first joints of one finger, in their order.
+  void find_fingers() {
+    for (std::size_t s = 1; s < hand_.segments.size(); ++s) {
+      Segment& segment = hand_.segments[s];
+      segment.joints = static_cast<int>(moved_by_[s].size());
+      for (int j = 0; j < segment.joints; ++j) {
+        const int joint = moved_by_[s][j];
+        for (int k = 0; j == 0 && k < hand_.fingers(); ++k) {
+          if (hand_.fingertips[k].has_joint(joint)) segment.finger = k;
+        }
+        const Fingertip& tip = hand_.fingertips[segment.finger];
+        if (tip.has_joint(joint) && joint == tip.first_joint + j) continue;
+        item("segments", s - 1).refuse("moved_by", "must name the first joints of one finger, in their order");
+        break;
       }
-      continue;
     }
-    const Coupling coupling{static_cast<int>(i), index_of(hand.joints, map.text("follows")), map.quantity("ratio"),
-                            map.quantity("offset")};
-    if (coupling.leader < 0) {
-      map.refuse("follows", none_is_named("joint", map.text("follows"), hand.joints));
-      continue;
-    }
-    couplings.push_back(coupling);
-    const std::string fault = coupling_fault(hand, couplings);
-    if (!fault.empty()) map.refuse("follows", fault);
   }
-  return couplings;
-}
 
-MuscleCrossing read_crossing(const Hand& hand, const ConfigMap& map) {
-  MuscleCrossing crossing;
-  for (const std::string& name : map.texts("joints")) crossing.joints.push_back(joint_index(hand, map, "joints", name));
-  std::ranges::sort(crossing.joints);
-  crossing.share = map.quantity("share");
-  const ConfigMap insertion = map.map("insertion");
-  crossing.insertion_segment = segment_index(hand, insertion);
-  crossing.insertion_m = insertion.quantities("pos");
-  const ConfigMap pull = map.map("pull");
-  crossing.pull_is_point = pull.one_of() == "via";
-  const ConfigMap towards = pull.map(crossing.pull_is_point ? "via" : "dir");
-  crossing.pull_segment = segment_index(hand, towards);
-  crossing.pull = crossing.pull_is_point ? Vector3d(towards.quantities("pos")) : unit3(towards, "vec");
-  return crossing;
-}
+  [[nodiscard]] Muscle muscle(std::size_t m) const {
+    const MuscleKeys& keys = keys_.muscles[m];
+    Muscle muscle{keys.name, keys.max_force_N, {}, keys.fibre_m};
+    if (keys.tendon_N_per_m) muscle.tendon_N_per_m = *keys.tendon_N_per_m;
+    const std::vector<ConfigMap> maps = item("muscles", m).list_of_maps("crossings");
+    for (std::size_t c = 0; c < maps.size(); ++c) muscle.crossings.push_back(crossing(keys.crossings[c], maps[c]));
+    return muscle;
+  }
+
+  [[nodiscard]] MuscleCrossing crossing(const CrossingKeys& keys, const ConfigMap& map) const {
+    MuscleCrossing crossing;
+    crossing.joints = joints_named(keys.joints, map, "joints");
+    crossing.share = keys.share;
+    std::ranges::sort(crossing.joints);
+    crossing.insertion_segment = segment_named(keys.insertion_segment, map.map("insertion"));
+    crossing.insertion_m = keys.insertion_m;
+    crossing.pull_segment = segment_named(keys.pull_segment, map.map("pull").map(keys.pull_is_point ? "via" : "dir"));
+    crossing.pull = keys.pull;
+    crossing.pull_is_point = keys.pull_is_point;
+    return crossing;
+  }
+
+  /// The joints that follow others.
+  void couple() {
+    for (std::size_t i = 0; i < hand_.joints.size(); ++i) {
+      const JointKeys& keys = keys_.joints[i];
+      if (keys.follows.empty()) continue;
+      const Coupling coupling{static_cast<int>(i), index_of(hand_.joints, keys.follows), keys.ratio, keys.offset_rad};
+      if (coupling.leader < 0) {
+        item("joints", i).refuse("follows", none_is_named("joint", keys.follows, hand_.joints));
+        continue;
+      }
+      couplings_.push_back(coupling);
+      const std::string fault = coupling_fault(hand_, couplings_);
+      if (!fault.empty()) item("joints", i).refuse("follows", fault);
+    }
+  }
+
+  const HandKeys& keys_;
+  const ConfigMap& root_;
+  Hand hand_;
+  std::vector<std::vector<int>> moved_by_;  ///< The joints that move each segment.
+  std::vector<Coupling> couplings_;
+};
 
 }  // namespace
 
@@ -262,25 +246,12 @@ Hand load_hand(const std::filesystem::path& file) {
   }
   Config config(file, hand_keys());
   const ConfigMap root = config.root();
-  Hand hand;
-  read_joints(root, hand);
-  const std::vector<std::vector<int>> moved_by = read_segments(root, hand);
-  read_fingertips(root, moved_by, hand);
-  if (hand.fingers() > 0 && !root.is_refused("fingertips")) find_fingers(root, moved_by, hand);
-  const auto muscles = root.has("muscles") ? root.list_of_maps("muscles") : std::vector<ConfigMap>();
-  if (std::ssize(muscles) > kMaxMuscles) root.refuse("muscles", fmt::format("must list at most {}", kMaxMuscles));
-  for (const ConfigMap& map : muscles) {
-    Muscle muscle{map.text("name"), map.quantity("max_force"), {}};
-    if (map.has("fibre_length")) muscle.fibre_m = map.quantity("fibre_length");
-    if (map.has("tendon_stiffness")) muscle.tendon_N_per_m = map.quantity("tendon_stiffness");
-    for (const ConfigMap& crossing : map.list_of_maps("crossings")) {
-      muscle.crossings.push_back(read_crossing(hand, crossing));
-    }
-    hand.muscles.push_back(std::move(muscle));
-  }
-  const std::vector<Coupling> couplings = read_couplings(root, hand);
+  HandKeys keys;
+  read_config(root, [&](Visitor& v) { describe(v, keys); });
+  HandMaker maker(keys, root);
+  Hand hand = maker.make();
   config.finish();
-  return coupled(std::move(hand), couplings);
+  return coupled(std::move(hand), maker.couplings());
 }
 
 }  // namespace thenar

@@ -8,8 +8,8 @@
 
 #include "engine/scenes/units.h"
 
-/// All keys of scenes and of hand files, in one table each: what the readers of config.h check, and what `thenar keys`,
-/// docs/reference/scene.md and the JSON schema say.
+/// Tables of keys: what the readers of config.h check. Those of scenes and of hand files, which `thenar keys`,
+/// docs/reference/scene.md and the JSON schema show, are in engine/scenes/key_table.h.
 namespace thenar {
 
 enum class KeyKind {
@@ -39,7 +39,7 @@ struct LiveKey {
 };
 
 struct Key {
-  std::string_view path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
+  std::string path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
   KeyKind kind;
   Dimension dimension;
   /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind
@@ -54,9 +54,6 @@ struct Key {
 };
 
 using Keys = std::span<const Key>;  ///< A table: each key after the one above it.
-
-[[nodiscard]] Keys scene_keys();
-[[nodiscard]] Keys hand_keys();
 
 /// Null if the table has no such key.
 [[nodiscard]] const Key* find_key(Keys keys, std::string_view path);

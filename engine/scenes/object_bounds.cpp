@@ -32,11 +32,11 @@ struct BoundShape {
 
 }  // namespace
 
-void check_is_in_object(const ConfigMap& map, std::string_view key, const Vector3d& point_m, const Shape& shape) {
+void check_is_in_object(Visitor& v, std::string_view key, const Vector3d& point_m, const Shape& shape) {
   constexpr double kRounding_m = 1e-9;
   const Eigen::AlignedBox3d box = std::visit(BoundShape{}, shape);
   if (box.isEmpty() || box.exteriorDistance(point_m) <= kRounding_m) return;
-  map.refuse(key, "must lie within the object: " + in_words(box) + " in its frame");
+  v.refuse(key, "must lie within the object: " + in_words(box) + " in its frame");
 }
 
 std::string in_words(const Eigen::AlignedBox3d& box) {

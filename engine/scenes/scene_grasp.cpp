@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "engine/finder/hand_body.h"
@@ -22,8 +21,6 @@ namespace thenar {
 using Eigen::Vector3d;
 
 namespace {
-
-double degrees(double angle_rad) { return angle_rad * 180.0 / std::numbers::pi; }
 
 /// J' f + g: what holds the fingers where they are while they press.
 JointVector holding_torques(const FoundGrasp& grasp, const Scene& scene) {
@@ -246,54 +243,51 @@ std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
   return words;
 }
 
+std::string shown_number(const GraspMeasure& measure, const FoundGrasp& grasp) {
+  return fmt::format("{:.{}f}", measure.shown_value(grasp), measure.digits);
+}
+
 namespace {
 
-double press_N(const FoundGrasp& grasp, const FingerPlace& place) {
-  return -(grasp.X_WO.linear() * place.normal_O).dot(place.force_W);
-}
-
-}  // namespace
-
-double least_press_N(const FoundGrasp& grasp) {
-  double least_N = std::numeric_limits<double>::infinity();
-  for (const FingerPlace& place : grasp.places) least_N = std::min(least_N, press_N(grasp, place));
-  return least_N;
-}
-
-double least_patch(const FoundGrasp& grasp) {
-  double least = 1.0;
-  for (const FingerPlace& place : grasp.places) least = std::min(least, place.patch);
-  return least;
-}
-
-std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
+/// "index, major and ring": the fingers that the opposer faces.
+std::string others_of(const FoundGrasp& grasp, const Hand& hand) {
   std::string others;
-  double most_N = 0.0, deepest_m = 0.0;
   for (std::size_t i = 0; i < grasp.fingers.size(); ++i) {
-    const FingerPlace& place = grasp.places[i];
-    most_N = std::max(most_N, press_N(grasp, place));
-    deepest_m = std::max(deepest_m, place.depth_m);
     if (static_cast<int>(i) == grasp.opposer) continue;
     others += (others.empty()                  ? ""
                : i + 1 == grasp.fingers.size() ? " and "
                                                : ", ") +
               hand.fingertips[grasp.fingers[i]].finger;
   }
-  std::string text = fmt::format(
-      "the {} faces {} across {:.1f} mm. The fingers press with {:.2f} to {:.2f} N and are pressed in by up to {:.2f} "
-      "mm. Under the weight as it is the grasp needs a friction of {:.2f}; with the weight in any direction, a push of "
-      "0.5 N and a turn of 10 mN m each friction cone keeps a margin of {:.2f}. ",
-      hand.fingertips[grasp.fingers[grasp.opposer]].finger, others, 1e3 * grasp.width_m, least_press_N(grasp), most_N,
-      1e3 * deepest_m, grasp.needed_friction, grasp.margin);
-  text += fmt::format("The nearest joint limit is that of {}, {} away; the largest torque is {:.3f} N m",
-                      grasp.limit_joint, counted(std::lround(degrees(grasp.limit_rad)), "degree"), grasp.torque_Nm);
-  if (grasp.muscle_share > 0.0) {
-    text += fmt::format(", for which a muscle gives up to {:.0f} % of what it can", 100.0 * grasp.muscle_share);
+  return others;
+}
+
+}  // namespace
+
+std::string in_words(const FoundGrasp& grasp, const Hand& hand) {
+  const auto shown = [&](std::string_view name) { return shown_number(grasp_measure(name), grasp); };
+  double most_N = 0.0, deepest_m = 0.0;
+  for (const FingerPlace& place : grasp.places) {
+    most_N = std::max(most_N, press_N(grasp, place));
+    deepest_m = std::max(deepest_m, place.depth_m);
   }
-  if (const double worst_patch = least_patch(grasp); worst_patch < 0.9)
-    text += fmt::format(". A patch reaches over an edge: {:.0f} % of it touch", 100.0 * worst_patch);
-  return text + fmt::format(". Epsilon {:.3f}, volume {:.2g}, isotropy {:.2f}.", grasp.quality.epsilon,
-                            grasp.quality.volume, grasp.quality.isotropy);
+  std::string text = fmt::format(
+      "the {} faces {} across {} mm. The fingers press with {} to {:.2f} N and are pressed in by up to {:.2f} mm. "
+      "Under "
+      "the weight as it is the grasp needs a friction of {}; with the weight in any direction, a push of 0.5 N and a "
+      "turn of 10 mN m each friction cone keeps a margin of {}. ",
+      hand.fingertips[grasp.fingers[grasp.opposer]].finger, others_of(grasp, hand), shown("width_m"), shown("press_N"),
+      most_N, 1e3 * deepest_m, shown("needed_friction"), shown("margin"));
+  text +=
+      fmt::format("The nearest joint limit is that of {}, {} away; the largest torque is {} N m", grasp.limit_joint,
+                  counted(std::lround(grasp_measure("limit_rad").shown_value(grasp)), "degree"), shown("torque_Nm"));
+  if (grasp_measure("muscle_share").is_of(grasp)) {
+    text += fmt::format(", for which a muscle gives up to {} % of what it can", shown("muscle_share"));
+  }
+  if (const double patch = grasp_measure("patch").value(grasp); patch < 0.9) {
+    text += fmt::format(". A patch reaches over an edge: {:.0f} % of it touch", 100.0 * patch);
+  }
+  return text + ".";
 }
 
 std::string in_words(const Refusal& refusal) {

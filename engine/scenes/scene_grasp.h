@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/finder/finder.h"
+#include "engine/finder/grasp_measures.h"
 #include "engine/grasp/model.h"
 
 namespace thenar {
@@ -27,9 +28,8 @@ void take_grasp(const FoundGrasp& grasp, Scene& scene);
 /// there is none.
 [[nodiscard]] std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object);
 
-/// Of the fingers that hold: the least normal force [N], and the least share of a patch that touches.
-[[nodiscard]] double least_press_N(const FoundGrasp& grasp);
-[[nodiscard]] double least_patch(const FoundGrasp& grasp);
+/// A measure as tables show it: times its factor, with its digits, without its unit.
+[[nodiscard]] std::string shown_number(const GraspMeasure& measure, const FoundGrasp& grasp);
 
 /// One paragraph: who holds where, how hard, and how well.
 [[nodiscard]] std::string in_words(const FoundGrasp& grasp, const Hand& hand);

@@ -18,8 +18,7 @@ struct SceneTextNotes {
 };
 
 /// A complete scene file with comments, which load_scene() reads back to the same scene: one with a grasp to be found
-/// (Scene::grasp) or with posture and pose. What a scene may leave out and this one does is left out. Of a soft object,
-/// a spring, rotations, tolerances and parts of the model everything is kept.
+/// (Scene::grasp) or with posture and pose. A value that a file has without naming it is left out.
 [[nodiscard]] std::string scene_text(const Scene& scene, const SceneTextNotes& notes);
 
 /// A scene to begin with: a hand grasps an object from a file, lifts nothing yet, and is to find how. `friction` is

@@ -63,10 +63,11 @@ TEST(Program, SaysWhatIsWrongWithTheFlagsOfARecording) {
   EXPECT_EQ(thenar_program("export " + film + " --html " + (folder / "a.html").string()).code, 3);
 }
 
-TEST(Program, RecordsAProfile) {
+TEST(Program, RecordsTwoThreadsWithTheirContacts) {
   const std::string film = (scratch() / "a.mcap").string(), csv = film + ".csv";
-  const Outcome run = thenar_program("profile " + config("minimal.yaml") + " --duration 300ms --no-realtime --record " +
-                                     film + " --record-contacts --record-rate 100 --quiet");
+  const Outcome run =
+      thenar_program("run " + config("minimal.yaml") + " --realtime --time 0.3 --no-realtime --record " + film +
+                     " --record-contacts --record-rate 100 --quiet");
   EXPECT_EQ(run.code, 0) << run.text;
   ASSERT_EQ(thenar_program("export " + film + " --csv " + csv).code, 0);
   const std::string table = read(csv);

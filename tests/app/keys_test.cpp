@@ -62,17 +62,26 @@ TEST(KeysProgram, ThePageOfKeysIsCurrent) { expect_current("docs/reference/scene
 TEST(FieldsProgram, ThePageOfFieldsIsCurrent) { expect_current("docs/reference/fields.md", "fields"); }
 TEST(FieldsProgram, ThePageOfMeasuresIsCurrent) { expect_current("docs/reference/measures.md", "fields --measures"); }
 
+/// The lines of Python's stub below a comment, to the end of the class.
+std::string stub_below(const std::string& comment) {
+  static const std::string kStub = read(kRoot / "python/thenar/_core.pyi");
+  const std::string mark = "    # " + comment + ", as `thenar fields --stub` prints them.\n";
+  const std::size_t begin = kStub.find(mark) + mark.size();
+  return kStub.substr(begin, kStub.find("\n\n", begin) + 1 - begin);
+}
+
 // Python's stub has these fields and no other. Three names mean more there: they are bound by hand.
 TEST(FieldsProgram, TheStubIsCurrent) {
-  std::istringstream printed(thenar_program("fields --stub").text);
+  const std::string printed = thenar_program("fields --stub").text;
+  const std::size_t end = printed.find("\n\n");
+  std::istringstream fields(printed.substr(0, end + 1));
   std::string expected;
-  for (std::string first, second; std::getline(printed, first) && std::getline(printed, second);) {
+  for (std::string first, second; std::getline(fields, first) && std::getline(fields, second);) {
     if (std::regex_search(second, std::regex(" (contacts|reflex|target)\\("))) continue;
     expected += first + '\n' + second + '\n';
   }
-  const std::string stub = read(kRoot / "python/thenar/_core.pyi"), mark = "as `thenar fields --stub` prints them.\n";
-  const std::size_t begin = stub.find(mark) + mark.size(), end = stub.find("\nclass ", begin);
-  EXPECT_EQ(stub.substr(begin, end - begin), expected);
+  EXPECT_EQ(stub_below("The fields of a tick"), expected);
+  EXPECT_EQ(stub_below("The measures of a found grasp"), printed.substr(end + 2));
 }
 
 TEST(KeysProgram, TheSchemaIsCurrent) { expect_current("docs/reference/scene.schema.json", "schema"); }

@@ -32,6 +32,10 @@ TEST(Program, NamesAnUnknownCommandAndTheNearest) {
   const Outcome none = thenar_program("list configs");
   EXPECT_EQ(none.code, 2);
   EXPECT_NE(none.text.find("'list' is no command\n"), std::string::npos) << none.text;
+  const Outcome renamed = thenar_program("profile " + config("minimal.yaml") + " --floor");
+  EXPECT_EQ(renamed.code, 2);
+  EXPECT_EQ(renamed.text,
+            "thenar: 'profile' is no command: profile is run --realtime now\n`thenar --help` lists all commands.\n");
   const Outcome nothing = thenar_program("");
   EXPECT_EQ(nothing.code, 2);
   EXPECT_NE(nothing.text.find("name a command"), std::string::npos) << nothing.text;

@@ -42,7 +42,7 @@ TEST(Program, NoResultReplacesAnInput) {
   fs::remove(out / "summary.json");
   EXPECT_EQ(thenar_program(run + "--out " + out.string() + " --record " + (out / "signals.csv").string()).code, 2);
   EXPECT_TRUE(fs::is_empty(out));
-  EXPECT_EQ(thenar_program("profile " + scene.string() + " --duration 1ms --trace " + hand.string()).code, 2);
+  EXPECT_EQ(thenar_program(run + "--realtime --trace " + hand.string()).code, 2);
   EXPECT_EQ(read(scene), scene_text);
   EXPECT_EQ(read(hand), hand_text);
   const fs::path film = folder / "film.mcap";
@@ -68,7 +68,7 @@ TEST(Program, TwoRunsDoNotShareAFolderOrAFile) {
   const Outcome same_folder = thenar_program(second + "--out " + out.string());
   EXPECT_EQ(same_folder.code, 2);
   EXPECT_NE(same_folder.text.find("another run writes into"), std::string::npos) << same_folder.text;
-  EXPECT_EQ(thenar_program("profile " + config("minimal.yaml") + " --duration 50ms --out " + out.string()).code, 2);
+  EXPECT_EQ(thenar_program(second + "--realtime --out " + out.string()).code, 2);
   EXPECT_EQ(thenar_program(second + "--dump-problems " + out.string()).code, 2);
   const Outcome same_file = thenar_program(second + "--record " + film.string());
   EXPECT_EQ(same_file.code, 3);

@@ -37,7 +37,7 @@ CALLS = {"open": ("EMFILE", "EACCES"), "read": ("EIO",), "write": ("ENOSPC", "EI
          "rename": ("EIO",), "malloc": ("ENOMEM",)}
 INTERNAL = 1  # What only a defect ends with.
 TIMEOUT_S = 60.0
-TIMES = re.compile(r"_us$|_s$|real_time|compute|machine|host|rate|started|version|core|threads|stages|profile|time")
+TIMES = re.compile(r"_us$|_s$|real_time|compute|machine|host|rate|started|version|core|threads|stages|time")
 
 
 class Command:
@@ -52,9 +52,9 @@ COMMANDS = [
     Command("run", "run", "scene.yaml", "--quiet", "--out", "out", "--record", "run.mcap",
             results=("out/summary.json", "out/signals.csv")),
     Command("lockstep", "run", "scene.yaml", "--quiet", "--lockstep", "--out", "out", results=("out/signals.csv",)),
-    Command("realtime", "run", "scene.yaml", "--quiet", "--realtime", "--no-realtime", "--out", "out"),
+    Command("realtime", "run", "scene.yaml", "--quiet", "--realtime", "--no-realtime", "--out", "out",
+            "--trace", "trace.json"),
     Command("dump", "run", "scene.yaml", "--quiet", "--dump-problems", "dumped", results=("dumped",)),
-    Command("profile", "profile", "scene.yaml", "--duration", "0.4s", "--no-realtime", "--out", "out"),
     Command("sweep", "sweep", "scene.yaml", "--out", "out", "--vary", "contact.friction=0.4:0.8:4",
             results=("out/rows.csv",), repeats=True),
     Command("solve", "solve", "problems/contact-0.fcp", "problems/grasp-0.json"),

@@ -13,8 +13,8 @@ namespace {
 using namespace known_run;
 
 TEST(ChromeTrace, HasSlicesThatNestAndDoNotOverlap) {
-  const SyntheticRun run(1000);
-  const auto trace = nlohmann::json::parse(chrome_trace(run.model, run.profile, 0.5));
+  const SyntheticRun known(1000);
+  const auto trace = nlohmann::json::parse(chrome_trace(known.model, known.run.profile, 0.5));
   struct Slice {
     double from_us, to_us;
   };

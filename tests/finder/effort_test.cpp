@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/finder/rate.h"
+#include "engine/grasp/frame.h"
 #include "tests/finder/known_surfaces.h"
 
 namespace thenar::effort_test {
@@ -15,6 +15,16 @@ struct Held {
   FoundGrasp grasp;
   std::vector<GraspContact> contacts;
 };
+
+/// The contacts of a grasp, world axes.
+std::vector<GraspContact> contacts_of(const FoundGrasp& grasp) {
+  std::vector<GraspContact> contacts;
+  for (const FingerPlace& place : grasp.places) {
+    const Vector3d n = -(grasp.X_WO.linear() * place.normal_O);
+    contacts.push_back({grasp.X_WO * place.point_O, axes_of(n, n.unitOrthogonal())});
+  }
+  return contacts;
+}
 
 Held held(const FinderProblem& problem) {
   const FinderReport report = find_grasps(problem);

@@ -12,7 +12,7 @@
 #include "engine/results/summary.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/fuzz/memory_file.h"
 

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <random>
 
+#include "engine/environment/room_for.h"
+
 namespace thenar::environment_contacts_test {
 namespace {
 
@@ -106,6 +108,17 @@ TEST(EnvironmentContacts, StraightLinesMissNoMoreThanTheySay) {
     }
   }
   EXPECT_GT(near_bound, 100);  // It says something.
+}
+
+// Edges that cross are contacts however deep, and far edges none.
+TEST(RoomFor, APlankThatIsPressedIntoABeamHasNone) {
+  const Environment beam = around(BoxShape{{20e-3, 100e-3, 10e-3}});
+  const BoxShape plank{{100e-3, 20e-3, 10e-3}};
+  EXPECT_FALSE(find_overlap(beam, plank, at({0.0, 0.0, 10e-3})));
+  const auto overlap = find_overlap(beam, plank, at({0.0, 0.0, 9.5e-3}));
+  ASSERT_TRUE(overlap);
+  EXPECT_NEAR(overlap->depth_m, 0.5e-3, 1e-12);
+  EXPECT_FALSE(overlap->against);
 }
 
 }  // namespace

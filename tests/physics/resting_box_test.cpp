@@ -41,12 +41,11 @@ TEST(RestingOnASlope, IsAlikeInAllRunners) {
   State one(model), late(model), threaded(model);
   const Recording in_one = run_scene(model, one),
                   in_lockstep = run_scene(model, late, {.lockstep = LockstepSettings{}});
-  LoopProfile profile(model);
   ThreadSettings settings;
   settings.duration_s = model.scene.duration_s;
   settings.realtime = false;
   settings.quiet = true;
-  const Recording in_threads = run_realtime(model, threaded, settings, profile).recording;
+  const Recording in_threads = run_realtime(model, threaded, settings).recording;
   for (const Recording* run : {&in_one, &in_lockstep, &in_threads}) {
     // On a busy machine threads give up ticks; the box rests long before.
     ASSERT_GE(run->ticks.size(), 200U);

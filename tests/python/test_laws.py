@@ -177,6 +177,7 @@ class TwoLoops(unittest.TestCase):
             run.wait()
             state = run.state()
         self.assertGreater(run.report["hold"]["ticks"], 50)
+        self.assertEqual(run.report["grasp"]["outcome"], run.report["outcome"])
         self.assertIn(run.report["outcome"], ("held", "unknown"))
         self.assertLess(np.linalg.norm(state["position_m"] - state["path_target_m"]), 1e-3)
 

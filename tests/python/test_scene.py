@@ -97,6 +97,8 @@ class Grasps(unittest.TestCase):
         self.assertGreaterEqual(len(grasp.fingers), 2)
         self.assertEqual(grasp.points_m.shape, (len(grasp.fingers), 3))
         self.assertIn("margin", str(grasp))
+        self.assertIn(f"{1e3 * grasp.width_m:.1f} mm", str(grasp))
+        self.assertGreater(grasp.press_N, 0)
         scene = grasp.scene()
         self.assertEqual(thenar.run(scene).outcome, "held")
         self.assertEqual(scene.set({"object.mass": "20 g"}).mass_kg, 0.02)

@@ -14,7 +14,7 @@ SOURCE = Path(__file__).resolve().parents[2]
 # What stubtest cannot see through: classes of pybind11, those without a constructor, and what `typing` has as functions.
 KNOWN = (r"metaclass differs$|__init__ is inconsistent, stub does not have \*args|"
          r"(NamedTuple|Mapping|Sequence) is not a type$")
-# matplotlib 3.6 has no types.
+# matplotlib 3.6, which examples draw with, has no types.
 SETTINGS = "[mypy]\nstrict = True\nignore_missing_imports = True\n"
 
 

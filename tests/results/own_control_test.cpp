@@ -57,8 +57,7 @@ TEST(OwnControlOfRuns, AStallIsAHold) {
     return published_torques(period);
   };
   State state(model);
-  LoopProfile profile(model);
-  const RealtimeRun run = run_realtime(model, state, threads(model, own), profile);
+  const RealtimeRun run = run_realtime(model, state, threads(model, own));
   std::int64_t held = 0;
   for (const TickRecord& tick : run.recording.ticks) held += tick.contact.held;
   EXPECT_GT(held, 0);
@@ -79,8 +78,7 @@ TEST(OwnControlOfRuns, WhatALawThrowsEndsTheRun) {
   State state(model);
   EXPECT_THROW((void)run_scene(model, state, {.own = own}), std::domain_error);
   State again(model);
-  LoopProfile profile(model);
-  EXPECT_THROW((void)run_realtime(model, again, threads(model, own), profile), std::domain_error);
+  EXPECT_THROW((void)run_realtime(model, again, threads(model, own)), std::domain_error);
 }
 
 // A run that goes on as another does so to the last bit, from between two control ticks, with frames on their way.

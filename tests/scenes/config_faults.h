@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/scenes/config.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 
 /// Tables of keys and files of a test's own, and what is wrong with those.
 namespace thenar::config_faults {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "engine/formats/files.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 #include "tests/scenes/config_faults.h"
 
 namespace thenar::config_test {

@@ -1,5 +1,3 @@
-#include "engine/scenes/keys.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,6 +14,7 @@
 #include "engine/grasp/scene.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
+#include "engine/scenes/key_table.h"
 #include "engine/scenes/yaml_tree.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"

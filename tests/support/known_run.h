@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/results/profile.h"
+#include "engine/results/recorder.h"
 #include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
@@ -14,15 +15,19 @@ inline constexpr int kPeriod = 5;  // Steps a control period.
 /// late and 50 us. A frame is new in every 5th tick, where the thumb's force steps by 0.4 N, against 0.1 N elsewhere.
 struct SyntheticRun {
   explicit SyntheticRun(int ticks)
-      : model(build_model(scene_of("minimal", {"time.control_period=5 ms", "time.duration=1 s"}))),
-        profile(model),
-        state(model) {
+      : model(build_model(scene_of("minimal", {"time.control_period=5 ms", "time.duration=1 s"}))), state(model) {
+    Recorder recorder(model);
+    const ControlReport control(model.scene.hand);
     double force_N = 1.0;
     for (int i = 0; i < ticks; ++i) {
-      if (i % kPeriod == 0) profile.add(control_sample(i));
+      if (i % kPeriod == 0) run.profile.add(control_sample(i));
       force_N += (i % 2 == 0 ? 1.0 : -1.0) * (i % kPeriod == 0 ? 0.4 : 0.1);
-      profile.add(contact_sample(i, force_N));
+      const ContactSample sample = contact_sample(i, force_N);
+      run.profile.add(sample);
+      recorder.see_tick(Tick{sample.after, sample.step.tick, control, no_muscles});
     }
+    run.recording = recorder.finish(state, control, 1.0);
+    ThreadsReport& report = run.report;
     report.ticks = ticks;
     report.overruns = 4;
     report.slipped = 3;
@@ -76,9 +81,9 @@ struct SyntheticRun {
   }
 
   Model model;
-  LoopProfile profile;
   State state;
-  ThreadsReport report;
+  Eigen::VectorXd no_muscles;
+  RealtimeRun run;
 };
 
 }  // namespace thenar::known_run

@@ -10,7 +10,7 @@
 
 #include "app/window/session.h"
 #include "engine/scenes/build_model.h"
-#include "engine/scenes/keys.h"
+#include "engine/scenes/key_table.h"
 #include "tests/support/scenes.h"
 #include "tests/window/shown_session.h"
 

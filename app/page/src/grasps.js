@@ -1,29 +1,11 @@
 // The grasps that a search has found: what it is doing, a card for each grasp, and what to do with it.
 
 import {fixed} from './format.js';
+import {shownMeasures} from './messages.js';
 import {drawThumbnails} from './thumbnails.js';
-import {tip} from './tips.js';
 
 const kBest = [5, 10, 20];
 const kThumbnail = {width: 264, height: 232}; // twice its size on the page
-
-const degrees = (rad) => (rad * 180) / Math.PI;
-// In the order, and with the names, of the table of `thenar grasp`.
-const kFigures = [
-  {name: 'width', unit: 'mm', text: (g) => fixed(1e3 * g.width_m, 1), tip: 'grasp: width'},
-  {name: 'press', unit: 'N', text: (g) => fixed(g.press_N, 2), tip: 'grasp: press'},
-  {name: 'margin', unit: '', text: (g) => fixed(g.margin, 2), tip: 'grasp: margin'},
-  {name: 'friction', unit: 'needed', text: (g) => fixed(g.friction_needed, 2), tip: 'grasp: friction needed'},
-  {name: 'limit', unit: '°', text: (g) => fixed(degrees(g.limit_rad), 0), tip: 'grasp: limit'},
-  {name: 'effort', unit: (g) => (g.muscle_share === null ? 'N m' : '%'),
-   text: (g) => (g.muscle_share === null ? fixed(g.torque_Nm, 3) : fixed(100 * g.muscle_share, 0)),
-   tip: 'grasp: effort'},
-  {name: 'patch', unit: '', text: (g) => fixed(g.patch, 2), tip: 'grasp: patch'},
-  {name: 'epsilon', unit: '', text: (g) => fixed(g.epsilon, 3), tip: 'grasp: epsilon'},
-  {name: 'volume', unit: '', text: (g) => g.volume.toExponential(1), tip: 'grasp: volume'},
-  {name: 'isotropy', unit: '', text: (g) => fixed(g.isotropy, 2), tip: 'grasp: isotropy'},
-  {name: 'travel', unit: 'mm', text: (g) => fixed(1e3 * g.travel_m, 0), tip: 'grasp: travel'},
-];
 
 function element(tag, text = '', parent = null) {
   const made = document.createElement(tag);
@@ -127,13 +109,12 @@ export class Grasps {
     element('b', String(rank), title);
     element('span', grasp.fingers.join(', '), title);
     const figures = element('dl', '', card);
-    for (const {name, unit, text, tip: part} of kFigures) {
+    for (const {name, shown, shown_unit, factor, digits, sentence} of shownMeasures(this.#message.measures, grasp)) {
       const figure = element('div', '', figures);
-      figure.title = name === 'limit' ? `${tip(part)}: ${grasp.limit_joint}` : tip(part);
-      const label = element('dt', name, figure);
-      const shownUnit = typeof unit === 'function' ? unit(grasp) : unit;
-      if (shownUnit) element('i', shownUnit, label);
-      element('dd', text(grasp), figure);
+      figure.title = name === 'limit_rad' ? `${sentence} It is that of ${grasp.limit_joint}.` : sentence;
+      const label = element('dt', shown, figure);
+      if (shown_unit) element('i', shown_unit, label);
+      element('dd', fixed(factor * grasp[name], digits), figure);
     }
     if (!grasp.within_limits) element('p', 'A muscle passes its limit when it is tried.', card).className = 'warns';
     const actions = element('div', '', card);

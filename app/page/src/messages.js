@@ -108,3 +108,12 @@ export class State {
     return this.fixed + i * this.row;
   }
 }
+
+/** The measures that a grasp has: of those that are shown by one name the first. */
+export function shownMeasures(measures, grasp) {
+  const first = new Map();
+  for (const measure of measures) {
+    if (grasp[measure.name] !== null && !first.has(measure.shown)) first.set(measure.shown, measure);
+  }
+  return [...first.values()];
+}

@@ -5,8 +5,7 @@ import test from 'node:test';
 import {checkParts, readGuide} from '../guide.mjs';
 
 const read = (name) => readFile(new URL(`../${name}`, import.meta.url), 'utf8');
-const objects = await read('objects.md');
-const guide = readGuide(await read('window.md'), objects);
+const guide = readGuide(await read('window.md'));
 const folder = new URL('../src/', import.meta.url);
 const names = (await readdir(folder)).filter((name) => /\.(js|html)$/.test(name));
 const sources = await Promise.all(names.map((name) => readFile(new URL(name, folder), 'utf8')));
@@ -30,6 +29,6 @@ test('keys and mouse are those of the guide', () => {
 });
 
 test('a guide without its tables is refused', () => {
-  assert.throws(() => readGuide('# The window\n', objects), /no section 'What the page shows'/);
-  assert.throws(() => readGuide('## What the page shows\n\nNothing.\n', objects), /no table/);
+  assert.throws(() => readGuide('# The window\n'), /no section 'What the page shows'/);
+  assert.throws(() => readGuide('## What the page shows\n\nNothing.\n'), /no table/);
 });

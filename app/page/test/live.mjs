@@ -425,6 +425,9 @@ test('grasps are found, shown and saved, and the one that is clicked runs', asyn
   const cards = page.locator('#grasps li');
   assert.equal(await cards.count(), found.length);
   assert.match(await cards.first().locator('h3').textContent(), /thumb/);
+  const shown = await page.evaluate(() => window.thenar.grasps.measures.map(({shown}) => shown));
+  assert.deepEqual(await cards.first().locator('dt').evaluateAll((labels) => labels.map((label) => label.firstChild.data)),
+                   [...new Set(shown)], 'each name once');
   // The hand and the object are drawn on the background, in several shades.
   await until(() => [...document.querySelectorAll('#grasps canvas')].every((canvas) => {
     const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);

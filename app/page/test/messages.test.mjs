@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 
-import {State, readGeometry} from '../src/messages.js';
+import {State, readGeometry, shownMeasures} from '../src/messages.js';
 import {geometry, kTetrahedron, scene, state, withSurface} from './synthetic.mjs';
 
 const bytes = (buffer) => new Uint8Array(buffer);
@@ -102,4 +102,11 @@ test('geometry has every point of object and pulps, and no number more', () => {
   for (const finger of fingers) assert.ok(Math.abs(finger.areas.reduce((a, b) => a + b) - area) < 4e-6 * area);
   assert.throws(() => readGeometry(bytes(geometry().subarray(0, -4)), scene));
   assert.throws(() => readGeometry(bytes(Buffer.concat([geometry(), Buffer.alloc(4)])), scene));
+});
+
+test('a grasp shows the first measure of each name that it has', () => {
+  const measures = [{name: 'width_m', shown: 'width'}, {name: 'muscle_share', shown: 'effort'}, {name: 'torque_Nm', shown: 'effort'}];
+  const names = (grasp) => shownMeasures(measures, grasp).map(({name}) => name);
+  assert.deepEqual(names({width_m: 0.04, muscle_share: 0.3, torque_Nm: 0.1}), ['width_m', 'muscle_share']);
+  assert.deepEqual(names({width_m: 0.04, muscle_share: null, torque_Nm: 0.1}), ['width_m', 'torque_Nm']);
 });

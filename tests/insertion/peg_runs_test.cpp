@@ -1,5 +1,3 @@
-#include "engine/insertion/insertion.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +11,7 @@
 #include <vector>
 
 #include "bench/cases/pegs.h"
-#include "engine/environment/room_for.h"
+#include "engine/insertion/insertion.h"
 #include "engine/loops/run.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
@@ -23,7 +21,7 @@
 
 // Fingers put a peg into a hole: the scenes peg*.yaml, whose hole comes over the peg.
 
-namespace thenar::insertion_test {
+namespace thenar::peg_runs_test {
 namespace {
 
 using Eigen::Isometry3d;
@@ -93,6 +91,9 @@ TEST(Insertion, GoesInAtAnyClearance) {
     EXPECT_EQ(went.slid_m, 0.0);
     EXPECT_LT(went.unbalanced_J, 1e-12);
     EXPECT_LE(went.unsolved, 2);
+    if (clearance_m == 0.5e-3) {
+      EXPECT_EQ(went.wedged, 0) << "the tilt is below c / mu";
+    }
   }
 }
 
@@ -132,13 +133,13 @@ TEST(Insertion, DoesNotOverlapWhereItIs) {
   }
 }
 
-// c / mu is 0.95 degrees: two points meet at 3 mm, between which friction holds the peg.
-TEST(Insertion, WedgesAtFourDegreesWithMuchFriction) {
+// c / mu is 0.95 degrees: two points meet at 3 mm, between which friction holds the peg, and goes on holding it while
+// the fingers slip.
+TEST(Insertion, StaysWedgedAtFourDegreesWithMuchFriction) {
   const Insertion went = insert(scene_of("peg_wedged"));
   EXPECT_LT(went.depth_m, 10e-3);
   EXPECT_GT(went.wedged, 1000);
   EXPECT_GT(went.normal_N, 2.0 * went.force_N);
-  EXPECT_EQ(insert(with_clearance("peg", 0.5e-3)).wedged, 0);
 }
 
 // The push over the depth, against a rectangle on the controller's springs that slides into a slot: a model in a
@@ -265,22 +266,6 @@ TEST(Insertion, WhatDoesNotFitIsRefusedByTwoContacts) {
   EXPECT_THAT(refusal(aside), testing::HasSubstr("lies 0.05 mm deep in 'hole'"));
 }
 
-// Edges that cross are contacts however deep, and far edges none.
-TEST(Insertion, APlankThatIsPressedIntoABeamIsRefused) {
-  Environment environment;
-  environment.compliance_m_per_N = 1e-7;
-  EnvironmentBody beam;
-  beam.shape = BoxShape{{20e-3, 100e-3, 10e-3}};
-  environment.bodies.push_back(beam);
-  const BoxShape plank{{100e-3, 20e-3, 10e-3}};
-  const auto at = [](double z_m) { return Isometry3d(Eigen::Translation3d(0.0, 0.0, z_m)); };
-  EXPECT_FALSE(find_overlap(environment, plank, at(10e-3)));
-  const auto overlap = find_overlap(environment, plank, at(9.5e-3));
-  ASSERT_TRUE(overlap);
-  EXPECT_NEAR(overlap->depth_m, 0.5e-3, 1e-12);
-  EXPECT_FALSE(overlap->against);
-}
-
 TEST(Insertion, TicksAllocateNothing) {
   if (!AllocationCounter::is_available()) GTEST_SKIP() << "malloc belongs to somebody else";
   const Model model = build_model(scene_of("peg"));
@@ -294,4 +279,4 @@ TEST(Insertion, TicksAllocateNothing) {
 }
 
 }  // namespace
-}  // namespace thenar::insertion_test
+}  // namespace thenar::peg_runs_test

@@ -1,4 +1,4 @@
-#include "engine/studies/cyclictest.h"
+#include "app/cyclictest.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+
+namespace thenar::app {
 
 namespace {
 
@@ -29,7 +31,7 @@ class TimerSlack {
   int before_ns_;
 };
 
-std::string command_line(const thenar::Scheduling& scheduling, double period_s, std::int64_t loops) {
+std::string command_line(const Scheduling& scheduling, double period_s, std::int64_t loops) {
   std::string command =
       fmt::format("cyclictest -q -N -m -t 1 -i {} -l {} -h {}", std::lround(1e6 * period_s), loops, kBins);
   const bool fifo = scheduling.policy == "SCHED_FIFO";
@@ -40,8 +42,7 @@ std::string command_line(const thenar::Scheduling& scheduling, double period_s, 
 
 }  // namespace
 
-std::optional<std::vector<double>> run_cyclictest(const thenar::Scheduling& scheduling, double period_s,
-                                                  std::int64_t loops) {
+std::optional<std::vector<double>> run_cyclictest(const Scheduling& scheduling, double period_s, std::int64_t loops) {
   const TimerSlack slack(scheduling.timer_slack_ns);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(
       popen(command_line(scheduling, period_s, loops).c_str(), "r"), pclose);
@@ -65,3 +66,5 @@ std::optional<std::vector<double>> run_cyclictest(const thenar::Scheduling& sche
   if (jitter_us.empty()) return std::nullopt;
   return jitter_us;
 }
+
+}  // namespace thenar::app

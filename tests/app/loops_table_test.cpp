@@ -4,25 +4,22 @@
 
 #include <string>
 
-#include "tests/app/short_profile.h"
+#include "tests/app/short_run.h"
 #include "tests/support/program.h"
 
-namespace thenar::profile_table_test {
+namespace thenar::loops_table_test {
 namespace {
 
-using namespace short_profiles;
+using namespace short_runs;
 
 // One vocabulary: what must fit into which period, in all that speaks of budgets; and what it means to keep a rate.
-TEST(Profile, SaysWhichTimeMustFitIntoWhichPeriod) {
+TEST(LoopsTable, SaysWhichTimeMustFitIntoWhichPeriod) {
   const std::string fits = "start jitter + compute must fit into 1000 us, the period";
   const std::string control_fits = "start jitter + tick must fit into 5000 us, the period";
-  const Outcome profile = short_profile("");
-  EXPECT_NE(profile.text.find(fits), std::string::npos) << profile.text;
-  EXPECT_NE(profile.text.find(control_fits), std::string::npos) << profile.text;
-  EXPECT_NE(profile.text.find("kept [%]"), std::string::npos) << profile.text;
-  const Outcome run = thenar_program("run " + config("minimal.yaml") +
-                                     " --realtime --contact-rate 1kHz --control-rate 200Hz --time 0.4 --no-realtime");
+  const Outcome run = short_run("");
   EXPECT_NE(run.text.find(fits), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find(control_fits), std::string::npos) << run.text;
+  EXPECT_NE(run.text.find("kept [%]"), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("on both threads together: must fit into no period"), std::string::npos) << run.text;
   const Outcome doctor = thenar_program("doctor");
   EXPECT_EQ(doctor.code, 0);
@@ -32,14 +29,15 @@ TEST(Profile, SaysWhichTimeMustFitIntoWhichPeriod) {
   EXPECT_EQ(!keeps, doctor.text.find("may not keep contact at 1 kHz") != std::string::npos) << doctor.text;
 }
 
-TEST(Profile, PrintsSpeedBesideAccuracyAndWhatWasGranted) {
-  const Outcome run = short_profile("");
+TEST(LoopsTable, PrintsSpeedBesideAccuracyAndWhatWasGranted) {
+  const Outcome run = short_run("");
   ASSERT_EQ(run.code, 0) << run.text;
-  for (const char* text : {"SCHED_OTHER", "contact: start jitter", "control: whole tick", "contact residual, p99",
-                           "energy injected/dissipated", "frames, to contact", "publish a snapshot"}) {
+  for (const char* text :
+       {"SCHED_OTHER", "two threads: ", "contact: start jitter", "control: whole tick", "contact residual, p99",
+        "energy injected/dissipated", "frames, to contact", "publish a snapshot"}) {
     EXPECT_NE(run.text.find(text), std::string::npos) << text;
   }
 }
 
 }  // namespace
-}  // namespace thenar::profile_table_test
+}  // namespace thenar::loops_table_test

@@ -1,16 +1,18 @@
-#include "engine/studies/profile_table.h"
+#include "app/loops_table.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <initializer_list>
 
+namespace thenar::app {
+
+using nlohmann::ordered_json;
+
 namespace {
 
 // Ticks given up at once for longer are no overrun.
 constexpr double kStandstill_s = 0.5;
-
-using nlohmann::ordered_json;
 
 /// A number, or a dash where nothing was measured.
 std::string cell(const ordered_json& value) {
@@ -57,28 +59,18 @@ std::string must_fit(const char* what, const ordered_json& rate_Hz) {
   return fmt::format("{} must fit into {:.4g} us, the period", what, 1e6 / rate_Hz.get<double>());
 }
 
-std::string accuracy_table(const ordered_json& profile) {
-  const ordered_json& object = profile.at("object");
-  const ordered_json& handover = profile.at("handover");
-  const ordered_json& hold = profile.at("hold");
+std::string beside_accuracy(const ordered_json& summary) {
+  const ordered_json& contact = summary.at("loops").at("contact");
+  const ordered_json& handover = summary.at("handover");
   std::string table = heading("at this accuracy", {});
-  table += row("contact residual, p99", {cell(profile.at("residual_p99"))});
-  table +=
-      row("  ticks above 1e-2; not finite", {cell(profile.at("residual_above_1e-2")), cell(profile.at("not_finite"))});
-  table +=
-      row("sweeps a tick, p50 and p99", {cell(profile.at("sweeps").at("p50")), cell(profile.at("sweeps").at("p99"))});
-  table +=
-      row("contacts, p50 and max", {cell(profile.at("contacts").at("p50")), cell(profile.at("contacts").at("max"))});
-  table += row("deepest penetration [um]", {cell(profile.at("max_penetration_um"))});
+  table += row("residual > 1e-2; not finite", {cell(contact.at("residual_above_1e-2")), cell(contact.at("not_finite"))},
+               "   ticks");
+  table += row("sweeps a tick, p50 and p99", {cell(contact.at("sweeps_p50")), cell(contact.at("sweeps_p99"))});
   table += row("force step [N], p99", {cell(handover.at("tick_N_p99")), "in a tick"});
   table += row("  at a hand-over, p99 and max", {cell(handover.at("kick_N_p99")), cell(handover.at("kick_N_max"))});
   table += row("  hand-over over tick, p99", {cell(handover.at("kick_over_tick_p99"))});
-  table += row("energy injected/dissipated", {cell(profile.at("ledger").at("injected_over_dissipated"))});
-  table += row("held: ticks, transitions", {cell(hold.at("ticks")), cell(hold.at("transitions"))});
-  table += row("what became of the grasp", {object.at("outcome").get<std::string>()});
-  table += row("  error [mm], final and max", {cell(object.at("final_error_mm")), cell(object.at("max_error_mm"))});
-  table +=
-      row("  turn [deg], final and max", {cell(object.at("final_rotation_deg")), cell(object.at("max_rotation_deg"))});
+  table += row("energy injected/dissipated", {cell(summary.at("ledger").at("injected_over_dissipated"))});
+  table += row("largest position error [mm]", {cell(summary.at("object").at("max_error_mm"))});
   return table;
 }
 
@@ -87,12 +79,12 @@ std::string counts_row(const char* name, const ordered_json& counts) {
                     cell(counts.at("in_flight")), cell(counts.at("torn")), cell(counts.at("unaccounted"))});
 }
 
-std::string exchange_table(const ordered_json& profile) {
-  const ordered_json& exchange = profile.at("exchange");
-  const ordered_json& age = profile.at("frame_age");
+std::string exchange_table(const ordered_json& summary) {
+  const ordered_json& exchange = summary.at("exchange");
+  const ordered_json& age = summary.at("frame_age");
   std::string table = heading("exchange", {"published", "consumed", "superseded", "in flight", "torn", "unaccount."});
   table += counts_row("frames, to contact", exchange);
-  table += counts_row("snapshots, to control", profile.at("snapshots"));
+  table += counts_row("snapshots, to control", summary.at("snapshots"));
   table += heading("on the contact thread", {"p50", "p99", "max"});
   table += row("take a frame [ns]", {cell(exchange.at("acquire_p50_ns")), cell(exchange.at("acquire_p99_ns"))});
   table += row("publish a snapshot [ns]", {cell(exchange.at("publish_p50_ns")), cell(exchange.at("publish_p99_ns"))});
@@ -116,28 +108,24 @@ std::string floor_table(const ordered_json& floor) {
   return table;
 }
 
-std::string scheduling_in_words(const ordered_json& scheduling) {
-  const int priority = scheduling.at("priority").get<int>();
-  std::string words = scheduling.at("policy").get<std::string>() + (priority > 0 ? fmt::format(" {}", priority) : "");
-  words += scheduling.at("core").is_null() ? ", any core" : ", core " + scheduling.at("core").dump();
-  words += scheduling.at("locked").get<bool>() ? ", memory locked" : ", memory not locked";
-  return words + (scheduling.at("kept_awake").get<bool>() ? ", cores kept awake" : "");
+/// What the threads were granted beyond the first line, and what was refused.
+std::string threads_lines(const ordered_json& summary) {
+  const ordered_json& scheduling = summary.at("scheduling");
+  std::string lines =
+      fmt::format("\ntwo threads: {} s of wall time, timer slack {} ns, spin {} us\n", cell(summary.at("wall_s")),
+                  cell(scheduling.at("timer_slack_ns")), cell(scheduling.at("spin_us")));
+  for (const ordered_json* granted : {&scheduling, &scheduling.at("control")}) {
+    const std::string remark = granted->at("remark").get<std::string>();
+    if (!remark.empty()) lines += "  " + remark + '\n';
+  }
+  return lines;
 }
 
-}  // namespace
-
-std::string build_line(const ordered_json& report) {
-  const auto build = [&](const char* key) { return report.at("build").at(key).get<std::string>(); };
-  return fmt::format("thenar {}, {} ({}), {}, {}\n", build("version"), build("type"), build("flags"), build("compiler"),
-                     report.contains("scheduling") ? scheduling_in_words(report.at("scheduling"))
-                                                   : "one thread, no real-time scheduling");
-}
-
-std::string loops_table(const ordered_json& profile) {
-  const ordered_json& contact = profile.at("loops").at("contact");
-  const ordered_json& control = profile.at("loops").at("control");
+std::string rates_and_times(const ordered_json& summary) {
+  const ordered_json& contact = summary.at("loops").at("contact");
+  const ordered_json& control = summary.at("loops").at("control");
   const ordered_json& stages = control.at("stages");
-  const ordered_json& settings = profile.at("settings");
+  const ordered_json& settings = summary.at("settings");
   std::string table = heading("loops", {"asked [Hz]", "rate [Hz]", "ticks", "overruns", "slipped", "kept [%]"});
   table += row("contact", {cell(settings.at("contact_rate_hz")), cell(contact.at("rate_hz")), cell(contact.at("ticks")),
                            cell(contact.at("overruns")), cell(contact.at("slipped")), kept(contact)});
@@ -161,19 +149,11 @@ std::string loops_table(const ordered_json& profile) {
   return table;
 }
 
-std::string profile_table(const ordered_json& profile) {
-  const ordered_json& scheduling = profile.at("scheduling");
-  const ordered_json& settings = profile.at("settings");
-  std::string table = build_line(profile);
-  table += fmt::format("{}: {} s simulated in {} s; timer slack {} ns, spin {} us; stops at residual {} or {} sweeps\n",
-                       profile.at("scene").get<std::string>(), cell(profile.at("simulated_s")),
-                       cell(profile.at("wall_s")), cell(scheduling.at("timer_slack_ns")),
-                       cell(scheduling.at("spin_us")), cell(settings.at("tolerance")), cell(settings.at("max_sweeps")));
-  for (const ordered_json* granted : {&scheduling, &scheduling.at("control")}) {
-    const std::string remark = granted->at("remark").get<std::string>();
-    if (!remark.empty()) table += remark + '\n';
-  }
-  for (const std::string warning : profile.at("warnings")) table += "warning: " + warning + '\n';
-  return table + loops_table(profile) + accuracy_table(profile) + exchange_table(profile) +
-         floor_table(profile.at("floor"));
+}  // namespace
+
+std::string loops_table(const ordered_json& summary) {
+  return threads_lines(summary) + rates_and_times(summary) + beside_accuracy(summary) + exchange_table(summary) +
+         floor_table(summary.at("floor"));
 }
+
+}  // namespace thenar::app

@@ -1,4 +1,4 @@
-// `thenar profile --floor`: the machine's own jitter beside ours.
+// `thenar run --realtime --floor`: the machine's own jitter and ours.
 
 #include <gtest/gtest.h>
 
@@ -8,37 +8,37 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tests/app/short_profile.h"
+#include "tests/app/short_run.h"
 #include "tests/support/program.h"
 
-namespace thenar::cyclictest_test {
+namespace thenar::jitter_floor_test {
 namespace {
 
-using namespace short_profiles;
+using namespace short_runs;
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-TEST(Profile, SaysHowToGetTheFloor) {
+TEST(JitterFloor, SaysHowToGetIt) {
   const fs::path out = scratch();
-  const Outcome run = short_profile("--floor --out " + out.string(), "PATH=/nowhere ");
+  const Outcome run = short_run("--no-figures --floor --out " + out.string(), "PATH=/nowhere ");
   EXPECT_EQ(run.code, 0) << run.text;
   EXPECT_NE(run.text.find("apt-get install rt-tests"), std::string::npos) << run.text;
-  EXPECT_TRUE(json::parse(read(out / "profile.json")).at("floor").is_null());
+  EXPECT_TRUE(json::parse(read(out / "summary.json")).at("floor").is_null());
 }
 
 // A cyclictest of our own tells what is known: 98 loops start 5 us late, one 7 us, one 2 ms, which is off its
 // histogram.
-TEST(Profile, ReadsCyclictestsHistogram) {
+TEST(JitterFloor, ReadsCyclictestsHistogram) {
   const fs::path out = scratch();
   std::ofstream(out / "cyclictest") << "#!/bin/sh\necho \"$@\" >> " << (out / "asked").string()
                                     << "\ncat <<EOF\n# Histogram\n004999 000000\n005000 000098\n007000 000001\n"
                                        "# Total: 000000099\n# Min Latencies: 05000\n# Avg Latencies: 05020\n"
                                        "# Max Latencies: 2000000\n# Histogram Overflows: 00001\nEOF\n";
   fs::permissions(out / "cyclictest", fs::perms::owner_all);
-  const Outcome run = short_profile("--floor --out " + out.string(), "PATH=" + out.string() + ":$PATH ");
+  const Outcome run = short_run("--no-figures --floor --out " + out.string(), "PATH=" + out.string() + ":$PATH ");
   ASSERT_EQ(run.code, 0) << run.text;
-  const auto floor = json::parse(read(out / "profile.json")).at("floor");
+  const auto floor = json::parse(read(out / "summary.json")).at("floor");
   EXPECT_EQ(floor.at("pairs"), 5);
   ASSERT_EQ(floor.at("ratios").size(), 5);
   EXPECT_EQ(floor.at("cyclictest_p99_us"), json({7.0, 7.0, 7.0, 7.0, 7.0}));
@@ -57,4 +57,4 @@ TEST(Profile, ReadsCyclictestsHistogram) {
 }
 
 }  // namespace
-}  // namespace thenar::cyclictest_test
+}  // namespace thenar::jitter_floor_test

@@ -1,0 +1,91 @@
+#include <string>
+
+#include "engine/scenes/describe.h"
+
+/// The map `environment` of a scene.
+namespace thenar {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using enum Dimension;
+
+namespace {
+
+void describe_solid(Visitor& v, Solid& solid) {
+  bool is_plane = true;
+  if (v.chosen<HalfSpace>("plane", solid) != nullptr)
+    v.key({"plane", kNone, "", "", "true: all that is below z = 0."}, is_plane);
+  if (!is_plane) v.refuse("plane", "is true, or is left out");
+  if (auto* box = v.chosen<BoxShape>("box", solid)) describe(v, *box);
+  if (auto* sphere = v.chosen<SphereShape>("sphere", solid)) describe(v, *sphere);
+  if (auto* cylinder = v.chosen<CylinderShape>("cylinder", solid)) describe(v, *cylinder);
+  if (auto* hole = v.chosen<HoleShape>("hole", solid)) {
+    v.map({"hole", kNone, "", "", "All that is below z = 0, with a blind hole down along z."}, [&] {
+      double diameter_m = 2.0 * hole->radius_m;
+      v.key({"diameter", kLength, "0.1 mm .. 10 m", "", "Its diameter."}, diameter_m);
+      hole->radius_m = 0.5 * diameter_m;
+      v.key({"depth", kLength, "0.1 mm .. 10 m", "", "Its depth."}, hole->depth_m);
+      v.key({"chamfer", kLength, "0 .. 10 m", "0 mm", "The width of the chamfer at its mouth, of 45 degrees."},
+            hole->chamfer_m);
+      if (hole->chamfer_m >= hole->depth_m && !v.is_refused("depth"))
+        v.refuse("chamfer", "must be less than the depth");
+    });
+  }
+}
+
+/// `all`: the friction of bodies that have none of their own.
+void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double>& all) {
+  v.key({"name", kNone, "", "(Without it: its number.)", "What it is called where it is told of."}, body.name);
+  v.one_of({"shape", kNone, "", "", "Its shape, with full sizes; an axis of revolution is z."},
+           [&] { describe_solid(v, body.shape); });
+  Vector3d position_m = body.X_WE.translation();
+  Matrix3d rotation = body.X_WE.linear();
+  v.key({"position", kLength, "", "", "Of its frame, in the hand's, which is the world."}, position_m);
+  v.key({"rotation", kNone, "", "(Without it: as the world is.)",
+         "Of its frame: its columns are the body's axes in the world."},
+        rotation);
+  body.X_WE.translation() = position_m;
+  body.X_WE.linear() = rotation;
+  std::optional<double> own = body.friction;
+  v.key({"friction", kNone, "0 .. 10", "(Without it: environment.friction.)",
+         "Its own coefficient of friction against the object."},
+        own);
+  if (!own && !all) v.refuse("friction", "is needed here, or in environment");
+  body.friction = own.value_or(all.value_or(0.0));
+  v.list({"move", kNone, "", "(Without it the body stays where it is.)",
+          "Minimum-jerk moves, which add up. A table that moves down is an arm that lifts."},
+         body.moves, [&](EnvironmentMove& move) {
+           v.key({"by", kLength, "", "", "How far, world axes."}, move.by_m);
+           v.key({"from", kTime, ">= 0", "", "When it begins."}, move.from_s);
+           v.key({"over", kTime, "> 0", "", "How long it takes."}, move.over_s);
+         });
+}
+
+}  // namespace
+
+void describe_environment(Visitor& v, Environment& environment) {
+  std::optional<double> friction;  // Of the reader alone: each body has its own.
+  v.key({"friction",
+         kNone,
+         "0 .. 10",
+         "(Required where a body has none of its own.)",
+         "Coulomb's coefficient of friction between object and bodies.",
+         {"around_friction", "friction of bodies", "", 0.0, 2.0}},
+        friction);
+  v.key({"compliance",
+         kCompliance,
+         "1e-10 m/N .. 1e-3 m/N",
+         "100 nm/N",
+         "How far object and body give way at each contact, by a newton in any direction.",
+         {"around_m_per_N", "compliance", "m/N", 1e-9, 1e-5}},
+        environment.compliance_m_per_N);
+  int number = 0;
+  v.list({"bodies", kNone, "", "", "The bodies."}, environment.bodies, [&](EnvironmentBody& body) {
+    ++number;
+    describe_body(v, body, friction);
+    if (body.name.empty()) body.name = std::to_string(number);
+  });
+  if (environment.bodies.empty() && !v.is_refused("bodies")) v.refuse("bodies", "names no body");
+}
+
+}  // namespace thenar

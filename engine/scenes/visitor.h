@@ -1,0 +1,186 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <concepts>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "engine/scenes/keys.h"
+
+namespace thenar {
+
+/// What there is to know of a key beside its place in the file and the kind of its value, which follow from where and
+/// with what it is shown to a Visitor. The fields are those of Key.
+struct KeyRow {
+  std::string_view name;
+  Dimension dimension = Dimension::kNone;
+  std::string_view range = "", without = "", sentence = "";
+  LiveKey live = {};
+};
+
+/// A key may be missing if `without` is a sentence in brackets, unless this begins with "(Required".
+[[nodiscard]] bool may_be_missing(const KeyRow& row);
+
+/// Goes through a description of settings: a function describe(Visitor&, Settings&) that shows each key once with the
+/// field that its value belongs to. There are three visitors. The table of keys (engine/scenes/key_table.cpp) notes the
+/// rows and visits each branch, the reader (engine/scenes/config_reader.h) fills the fields from a file, and the writer
+/// (engine/scenes/config_writer.h) makes a file of them. What only some scenes have stands behind when(); what is wrong
+/// between keys is refused where both are known.
+class Visitor {
+ public:
+  virtual ~Visitor() = default;
+
+  /// Shows a value. Of a key that may be missing, a field that is zero or empty is not written.
+  template <typename T>
+  void key(const KeyRow& row, T& value) {
+    if (!may_be_missing(row) || is_there(row.name, !is_zero(value))) show(row, value);
+  }
+  /// Shows a value that need not be there: nothing where it is missing, unless it is `required`.
+  template <typename T>
+  void key(const KeyRow& row, std::optional<T>& value, bool required = false) {
+    if (!required && !is_there(row.name, value.has_value())) return value.reset();
+    T now = value.value_or(zero<T>());
+    show(row, now);
+    value = now;
+  }
+  /// Shows one of the words of the row's range, each of which stands for the value of the same place in `values`.
+  template <typename T>
+  void choice(const KeyRow& row, T& value, const std::vector<T>& values) {
+    const std::vector<std::string_view> words = words_of_choice(row.range);
+    std::size_t i = 0;
+    while (i + 1 < values.size() && !(values[i] == value)) ++i;
+    const std::string chosen = choice_of(row, words[i]);
+    for (i = 0; i + 1 < values.size() && words[i] != chosen;) ++i;
+    value = values[i];
+  }
+  /// Numbers, one a joint: of a hand without joints, which is the fault of another key, any number of them.
+  virtual void per_joint(const KeyRow& row, Eigen::VectorXd& values, Eigen::Index joints) = 0;
+  /// The word that stands for the value or the map of this key, which is shown if there is none; `now`, if not empty,
+  /// is written.
+  [[nodiscard]] virtual std::string word(const KeyRow& row, std::string_view now) = 0;
+
+  /// Shows a map.
+  template <typename Below>
+  void map(const KeyRow& row, Below below) {
+    enter(row, KeyKind::kMap);
+    below();
+    leave();
+  }
+  /// Shows a map that need not be there.
+  template <typename T, typename Below>
+  void map(const KeyRow& row, std::optional<T>& value, Below below) {
+    if (!is_there(row.name, value.has_value())) return value.reset();
+    T now = value ? *value : T{};
+    map(row, [&] { below(now); });
+    value = now;
+  }
+  /// Shows a file, or a map in its place.
+  template <typename Below>
+  void file_or_map(const KeyRow& row, std::filesystem::path& file, Below below) {
+    if (!enters_map(row, file)) return;
+    below();
+    leave();
+  }
+  /// Shows a map of which one key, that of chooses(), is there.
+  template <typename Below>
+  void one_of(const KeyRow& row, Below below) {
+    enter(row, KeyKind::kOneOf);
+    below();
+    leave();
+  }
+  /// Whether this key is the one; `now`: whether it is in the settings.
+  [[nodiscard]] virtual bool chooses(std::string_view name, bool now) = 0;
+  /// The alternative of a variant that a key stands for, made if it is chosen; null: another one is.
+  template <typename T, typename Variant>
+  [[nodiscard]] T* chosen(std::string_view name, Variant& variant) {
+    if (!chooses(name, std::holds_alternative<T>(variant))) return nullptr;
+    if (!std::holds_alternative<T>(variant)) variant = T{};
+    return &std::get<T>(variant);
+  }
+  /// Shows a list of maps.
+  template <typename T, typename Below>
+  void list(const KeyRow& row, std::vector<T>& items, Below below) {
+    if (may_be_missing(row) && !is_there(row.name, !items.empty())) return;
+    items.resize(begin_list(row, items.size()));
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      begin_item(row, i);
+      below(items[i]);
+      leave();
+    }
+    end_list();
+  }
+
+  /// Whether what only some scenes have is to be shown: always to the table of keys.
+  [[nodiscard]] virtual bool when(bool has_it) const { return has_it; }
+  /// Whether a key of the current map, or of maps below it ("hand.slides"), is there; `now`: in the settings.
+  [[nodiscard]] virtual bool is_there(std::string_view name, bool now) = 0;
+
+  // Of the reader; of the others without effect.
+  [[nodiscard]] virtual bool reads() const { return false; }
+  /// Whether the file has the key.
+  [[nodiscard]] virtual bool has(std::string_view) { return false; }
+  /// As ConfigMap has them.
+  virtual void refuse(std::string_view, std::string_view) {}
+  [[nodiscard]] virtual bool is_refused(std::string_view) { return false; }
+  virtual void use_default(std::string_view, std::string_view) {}
+  [[nodiscard]] virtual std::string location(std::string_view) { return ""; }
+
+ protected:
+  virtual void number(const KeyRow& row, double& value) = 0;
+  virtual void numbers(const KeyRow& row, Eigen::Ref<Eigen::VectorXd> values) = 0;
+  virtual void count(const KeyRow& row, Eigen::Index& value) = 0;
+  virtual void rotation(const KeyRow& row, Eigen::Matrix3d& value) = 0;
+  virtual void flag(const KeyRow& row, bool& value) = 0;
+  virtual void text(const KeyRow& row, std::string& value) = 0;
+  virtual void texts(const KeyRow& row, std::vector<std::string>& value) = 0;
+  virtual void path(const KeyRow& row, std::filesystem::path& value) = 0;
+  virtual std::string choice_of(const KeyRow& row, std::string_view now) = 0;
+  virtual void enter(const KeyRow& row, KeyKind kind) = 0;
+  /// False: it was a file.
+  [[nodiscard]] virtual bool enters_map(const KeyRow& row, std::filesystem::path& file) = 0;
+  /// How many items there are.
+  [[nodiscard]] virtual std::size_t begin_list(const KeyRow& row, std::size_t now) = 0;
+  virtual void begin_item(const KeyRow& row, std::size_t i) = 0;
+  virtual void end_list() {}
+  virtual void leave() = 0;
+
+ private:
+  [[nodiscard]] static std::vector<std::string_view> words_of_choice(std::string_view range);
+
+  template <typename T>
+  static T zero() {
+    if constexpr (requires { T::Zero(); }) {
+      return T::Zero();
+    } else {
+      return T{};
+    }
+  }
+  template <typename T>
+  static bool is_zero(const T& value) {
+    return value == zero<T>();
+  }
+
+  void show(const KeyRow& row, double& value) { number(row, value); }
+  void show(const KeyRow& row, Eigen::Vector3d& value) { numbers(row, value); }
+  void show(const KeyRow& row, Eigen::Vector2d& value) { numbers(row, value); }
+  void show(const KeyRow& row, Eigen::Index& value) { count(row, value); }
+  void show(const KeyRow& row, Eigen::Matrix3d& value) { rotation(row, value); }
+  void show(const KeyRow& row, bool& value) { flag(row, value); }
+  void show(const KeyRow& row, std::string& value) { text(row, value); }
+  void show(const KeyRow& row, std::vector<std::string>& value) { texts(row, value); }
+  void show(const KeyRow& row, std::filesystem::path& value) { path(row, value); }
+  template <std::integral T>
+  void show(const KeyRow& row, T& value) {
+    Eigen::Index wide = value;
+    count(row, wide);
+    value = static_cast<T>(wide);
+  }
+};
+
+}  // namespace thenar
