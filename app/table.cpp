@@ -75,6 +75,8 @@ std::string build_line(const Scheduling* granted) {
 std::string results_table(const std::vector<MeasuredSection>& measures, const Scheduling* granted) {
   std::string table = build_line(granted);
   for (std::size_t heading = 0; heading < kHeadings.size(); ++heading) table += lines_under(heading, measures);
+  if (granted != nullptr)
+    table += "  contact computation: on both threads together: must fit into no period; see below\n";
   return table;
 }
 
