@@ -162,8 +162,7 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   return drive;
 }
 
-void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
-                         ContactWorkspace& work) {
+void free_gaps_and_slips(const Model& model, const Frame& frame, const RigidMotion& free, ContactWorkspace& work) {
   const ContactKinematics& now = work.kinematics;
   const double rho_object =
       model.soft_object() ? retained_share(*model.scene.object.compliance, model.scene.step_s) : 0.0;
@@ -172,7 +171,7 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
     const Eigen::Vector4d dq_4 = dq.head<4>();
     const double rho = model.deformable() ? retained_share(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      const Vector3d back = (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
+      const Vector3d back = (1.0 - rho) * (now.E_F[i].transpose() * now.points[i].u_F);
       // Row by row: vectors that are put together from sums would be written in parts and read whole.
       for (int r = 0; r < 3; ++r) {
         const Index row = 3 * i + r;
@@ -223,16 +222,9 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
 /// from.
 void report_left_out(const Model& model, const Frame& frame, const ContactWorkspace& work, const State& state,
                      TickReport& report) {
-  int finger = -1;
-  Isometry3d X_FO;
   for (const FrameContact& point : frame.left_out) {
-    if (point.finger != finger) {
-      finger = point.finger;
-      X_FO = work.pose.distal(model.scene.hand, finger).inverse() * state.X_WO;
-    }
-    const ContactGap gap =
-        contact_gap(point, X_FO, displacement(state, point), object_displacement(model, state, point));
-    report.left_out_m[finger] = std::max(report.left_out_m[finger], -point.covered * gap.gap_m);
+    const double gap_m = gap_at(model, point, work.kinematics.X_FO[point.finger], state).gap_m;
+    report.left_out_m[point.finger] = std::max(report.left_out_m[point.finger], -point.covered * gap_m);
   }
   for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
 }
@@ -277,7 +269,7 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
     if (hand.slides) {
       follow_paths(model.scene, static_cast<double>(state.tick + 1) * model.scene.step_s, state.q, motion.dq);
     }
-    free_gaps_and_slips(model, frame, state, motion, work);
+    free_gaps_and_slips(model, frame, motion, work);
     work.f_first.head(3 * frame.size()) = work.f.head(3 * frame.size());
     report.solve = find_forces(model, frame, W, work, ground ? &*ground : nullptr);
     add_joint_motion(hand, work.mobility, work.solver, motion.dq);
@@ -353,20 +345,19 @@ bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work
   return true;
 }
 
-void pose_hand(const Scene& scene, const JointVector& q, ContactWorkspace& work) {
-  if (q != work.pose.q) forward_kinematics(scene.hand, q, work.pose);
-}
-
-bool is_undeformed(const State& state) {
-  return state.forces.empty() && state.object_loads.empty() &&
-         std::all_of(state.u_m.begin(), state.u_m.end(), [](const auto& u) { return u.isZero(0.0); });
+/// Says where the bodies are at the start of a tick.
+void place_bodies(const Model& model, const State& state, ContactWorkspace& work) {
+  if (state.q != work.pose.q) forward_kinematics(model.scene.hand, state.q, work.pose);
+  place_bodies(model, work.pose, state, work.kinematics);
 }
 
 /// Lets pulps that lie in the object give way, bodies at rest: gaps + C f closed. A soft object, too. At the start of a
-/// run pulps that are sheared stick to it.
+/// run pulps that are sheared stick to it. Gaps have been found, and are found again.
 void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) {
-  if (!model.deformable() || !is_undeformed(state)) return;
-  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  const bool is_undeformed = state.forces.empty() && state.object_loads.empty() &&
+                             std::ranges::all_of(state.u_m, [](const auto& u) { return u.isZero(0.0); });
+  if (!model.deformable() || !is_undeformed) return;
+  find_jacobians(model, frame, work.pose, state, work.kinematics);
   const Index n = frame.size();
   const auto gaps_m = work.kinematics.gap_m.head(n);
   if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
@@ -386,7 +377,6 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
     }
   }
   if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
-  note_points(frame, work.kinematics, state, work.f, work.patches);
   if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
   for (int k = 0; k < model.fingers(); ++k) {
     const double share = 1.0 - retained_share(model.pulps[k].material, model.scene.step_s);
@@ -395,9 +385,10 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
     deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
     f_k *= share;
   }
-  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.f, work.patches);
   Ledger start;
   book_deformation(model, frame, work, true, state, start);
+  find_gaps(model, frame, state, work.kinematics);
 }
 
 /// Once the bodies have moved: deforms pulps and a soft object, finds where the patches have gone, books the energy.
@@ -407,8 +398,8 @@ void deform_bodies(const Model& model, const Frame& frame, ContactWorkspace& wor
       deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
     if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
   }
-  pose_hand(model.scene, state.q, work);
-  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  if (state.q != work.pose.q) forward_kinematics(model.scene.hand, state.q, work.pose);
+  find_displacements(model, frame, work.kinematics, work.pose, state, work.f, work.patches);
   if (model.deformable()) book_deformation(model, frame, work, false, state, ledger);
 }
 
@@ -430,7 +421,7 @@ void report_patches(const Model& model, const Frame& frame, double mu, ContactWo
 PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame) {
   ContactWorkspace work(model);
   State state(model);
-  pose_hand(model.scene, state.q, work);
+  place_bodies(model, state, work);
   hand_over(model, frame, state, work);
   press_in(model, frame, work, state);
   PerFinger<FingerLoad> loads(model.fingers());
@@ -452,7 +443,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
-  pose_hand(scene, state.q, work);
+  place_bodies(model, state, work);
   // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
   if (work.policy.offset_decay_s > 0.0) work.offset_m *= std::exp(-scene.step_s / work.policy.offset_decay_s);
   if (report.handed_over) {
@@ -461,6 +452,8 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
     state.environment_forces.reserve(work.environment.most());
     report.ledger.dropped_J = hand_over(model, frame, state, work);
     if (starts) press_in(model, frame, work, state);
+  } else {
+    find_gaps(model, frame, state, work.kinematics);
   }
   follow(frame.arm, static_cast<double>(state.tick) * scene.step_s, state.arm);
   if (frame.muscle_N.size() > 0) activate(model, frame, state);
@@ -470,7 +463,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   const Drive drive = thenar::drive(model, frame, extra, work, state);
 
   if (!scene.task.friction.empty()) work.mu.setConstant(mu);
-  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  find_jacobians(model, frame, work.pose, state, work.kinematics);
   // A scene that starts pressed has not been pushed out yet.
   if (!starts) report_left_out(model, frame, work, state, report);
   report.assemble_s = watch.lap();
@@ -478,12 +471,12 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace
   if (scene.environment) look_around(model, drive.mobility, drive.wrench, state, work.environment);
   const RigidMotion motion = solve_motion(model, frame, drive, state, work, report);
   report_contacts(frame, work, report);
-  note_points(frame, work.kinematics, state, work.f, work.patches);
   const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
   ++state.tick;
   if (moved && scene.environment) keep_environment(work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {
+    work.patches.clear();
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
     report.ledger = {};
     return report;

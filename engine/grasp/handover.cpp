@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/object_compliance.h"
 
 namespace thenar {
@@ -11,12 +12,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 namespace {
-
-/// The gap of a contact as the tick sees it, without its offset.
-double gap_at(const Model& model, const FrameContact& contact, const State& state, const ContactWorkspace& work) {
-  const Eigen::Isometry3d X_FO = work.pose.distal(model.scene.hand, contact.finger).inverse() * state.X_WO;
-  return contact_gap(contact, X_FO, displacement(state, contact), object_displacement(model, state, contact)).gap_m;
-}
 
 /// Shares the force of a contact that is no more among the loaded contacts of its finger, by the pulp's kernel.
 void share_force(const Model& model, const Frame& frame, const ContactForce& lost, Eigen::VectorXd& f) {
@@ -66,10 +61,12 @@ double hand_over(const Model& model, const Frame& frame, State& state, ContactWo
   if (work.policy.offset_decay_s > 0.0) {
     // The old gaps, with the old loads on a soft object.
     for (Index i = 0; i < std::ssize(work.contacts); ++i) {
-      work.offset_m[i] += gap_at(model, work.contacts[i], state, work);
+      const FrameContact& contact = work.contacts[i];
+      work.offset_m[i] += gap_at(model, contact, work.kinematics.X_FO[contact.finger], state).gap_m;
     }
   }
   carry_loads(model, frame, state);
+  find_gaps(model, frame, state, work.kinematics);
   if (work.policy.offset_decay_s > 0.0) {
     const bool first = work.sequence < 0;
     std::swap(work.offset_m, work.old_offset_m);
@@ -77,7 +74,7 @@ double hand_over(const Model& model, const Frame& frame, State& state, ContactWo
     for (Index i = 0; i < frame.size(); ++i) {
       const FrameContact& contact = frame.contacts[i];
       while (old != work.contacts.end() && id_of(*old) < id_of(contact)) ++old;
-      const double gap_m = gap_at(model, contact, state, work);
+      const double gap_m = work.kinematics.points[i].gap.gap_m;
       double e = std::max(0.0, -gap_m);
       if (old != work.contacts.end() && id_of(*old) == id_of(contact)) {
         e = work.old_offset_m[old - work.contacts.begin()] - gap_m;

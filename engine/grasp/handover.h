@@ -15,7 +15,8 @@ namespace thenar {
 /// is no more goes to its finger's loaded ones, shared as the pulp would. f: out, 3 rows a contact.
 void carry_forces(const Model& model, const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f);
 
-/// Takes over a new frame at a state (`work.pose` belongs to it): carries the forces, and gives each contact the offset
+/// Takes over a new frame at a state, where `work.kinematics` has the bodies: carries the forces, finds the gaps of the
+/// frame's contacts (find_gaps), and gives each contact the offset
 ///     e = e_old + gap_old - gap_new
 /// of its gaps by the old and the new frame, both at this state and deformed, so that noise of the frame moves nothing
 /// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. Larger than

@@ -24,12 +24,13 @@ void book_deformation(const Model& model, const Frame& frame, const ContactWorks
     double before_J = 0.0, after_J = 0.0;
     for (const PatchPoint& point : work.patches.of_finger(k)) {
       const Vector3d f_F = work.kinematics.E_F[point.contact] * work.f.segment<3>(3 * point.contact);
-      before_J += f_F.dot(point.u_F);
+      const ContactPoint& before = work.kinematics.points[point.contact];
+      before_J += f_F.dot(before.u_F);
       after_J += f_F.dot(point.u_end_F);
       if (!at_once) state.forces[point.contact].held_J = 0.5 * f_F.dot(point.u_end_F);
       if (!model.soft_object()) continue;
       const Vector3d f_O = work.kinematics.E_O[point.contact] * work.f.segment<3>(3 * point.contact);
-      object_before_J += f_O.dot(point.u_O);
+      object_before_J += f_O.dot(before.u_O);
       object_after_J += f_O.dot(point.u_end_O);
     }
     // Kept as that of the pulp without load, whose compliance is no frame's.
