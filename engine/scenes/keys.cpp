@@ -71,7 +71,7 @@ std::string_view nearest_key(Keys keys, std::string_view path) {
     for (const Key* key : candidates) names.push_back(name_of(*key));
     const std::string_view nearest = nearest_word(name, names);
     const auto found = std::ranges::find(candidates, nearest, [](const Key* key) { return name_of(*key); });
-    return nearest.empty() ? "" : (*found)->path;
+    return nearest.empty() ? std::string_view() : (*found)->path;
   };
   const std::string_view parent = parent_of(path);
   const std::vector<const Key*> siblings = keys_below(keys, parent);
