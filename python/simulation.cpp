@@ -201,6 +201,7 @@ Simulation::Simulation(const Simulation& other)
       monitor(other.monitor),
       picture_(*model) {
   run.go_on_as(other.run);
+  run.work = other.run.work;  // For its picture.
 }
 
 void Simulation::tick() {
@@ -220,7 +221,7 @@ void Simulation::record_now(const std::filesystem::path& file) {
 }
 
 const Picture& Simulation::picture() {
-  if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.work, picture_);
+  if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.memory, run.work, picture_);
   return picture_;
 }
 

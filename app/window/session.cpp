@@ -455,9 +455,9 @@ void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::V
 void Session::Impl::show_still() {
   State state = grasp->state();
   // A grasp that has not made a tick knows its contacts' forces, but not yet where they are.
-  if (grasp->workspace().sequence < 0) state.forces.clear();
+  if (grasp->memory().sequence < 0) state.forces.clear();
   Picture picture(model);
-  take_picture(state, grasp->workspace(), picture);
+  take_picture(state, grasp->memory(), grasp->scratch(), picture);
   picture.pull = hands.pull();
   if (is_watched()) show(picture, last_tick, pairing.in_use().muscle_forces_N);
   if (film) film->file.add(picture, last_tick, pairing.in_use().muscle_forces_N);

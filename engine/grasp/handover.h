@@ -3,7 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "engine/grasp/contact_workspace.h"
+#include "engine/grasp/contact_memory.h"
+#include "engine/grasp/contact_scratch.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
@@ -22,6 +23,6 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
 /// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. Larger than
 /// half a fingertip's radius no offset becomes: that is no noise. Loads on a soft object go along with their contacts.
 /// Returns the elastic energy that contacts held which the frame has not [J].
-double hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work);
+double hand_over(const Model& model, const Frame& frame, State& state, ContactMemory& memory, ContactScratch& work);
 
 }  // namespace thenar

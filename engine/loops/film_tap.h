@@ -26,7 +26,8 @@ struct TickContacts {
 };
 
 /// Fills it from the state that a tick left and what that tick worked in. Does not allocate, lock or throw.
-void take_contacts(const State& state, const ContactWorkspace& work, TickContacts& to) noexcept;
+void take_contacts(const State& state, const ContactMemory& memory, const ContactScratch& work,
+                   TickContacts& to) noexcept;
 
 /// What a recording takes from a contact loop: pictures of some ticks, and if it wants them all contacts of every tick.
 /// They go through rings that neither side waits for; what finds no room is counted.
@@ -36,7 +37,8 @@ class FilmTap {
   FilmTap(const Model& model, std::int64_t picture_ticks, bool contacts);
 
   /// After a tick, on the contact thread. Does not allocate, lock, throw or call the system.
-  void keep(const State& state, const ContactWorkspace& work, const std::optional<ShownPull>& pull) noexcept;
+  void keep(const State& state, const ContactMemory& memory, const ContactScratch& work,
+            const std::optional<ShownPull>& pull) noexcept;
 
   // For one other thread.
   SlotRing<Picture> pictures;

@@ -24,7 +24,7 @@ struct SolvedTick {
   Frame frame;
   ContactKinematics kinematics;
   Mobility mobility{};
-  Eigen::VectorXd delta_free, mu, f_first, f;  ///< As ContactWorkspace has them.
+  Eigen::VectorXd delta_free, mu, f_first, f;  ///< As the tick had them.
 
   // Of a scene that has an environment: the object's contacts with it, their forces, and how the object would move
   // without any contact.

@@ -57,6 +57,7 @@ struct Picture {
 
 /// Fills all but `pull`, from the state that a tick left and what that tick worked in. Does not allocate, lock or
 /// throw.
-void take_picture(const State& state, const ContactWorkspace& work, Picture& picture) noexcept;
+void take_picture(const State& state, const ContactMemory& memory, const ContactScratch& work,
+                  Picture& picture) noexcept;
 
 }  // namespace thenar

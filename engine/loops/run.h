@@ -27,13 +27,38 @@ struct LockstepSettings {
   std::function<bool(double time_s, Frame& frame)> channel = {};
 };
 
+/// A frame on its way from the control loop to the contact loop.
+struct SentFrame {
+  explicit SentFrame(const Model& model, double sent_s = 0.0) : due_s(sent_s), frame(model) {}
+
+  double due_s;
+  Frame frame;
+};
+
+/// A run of a model as it stands between two ticks: all that it needs to go on. A copy goes on as the original would,
+/// bit for bit, on the same model, with the same delays and jitter.
+struct Run {
+  explicit Run(const Model& model, const FramePolicy& policy = {}, std::uint64_t seed = 0)
+      : state(model), memory(model, policy), frame(model), controller(model), random(seed) {}
+
+  State state;
+  ContactMemory memory;
+  Frame frame;  ///< In use.
+  Controller controller;
+  ControlReport report;     ///< Of the last control tick.
+  bool controlled = false;  ///< It ran just before the last contact tick.
+  // In lockstep:
+  std::mt19937_64 random;  ///< Of the jitter.
+  std::vector<SentFrame> under_way;
+};
+
 /// A scene's ticks on one thread, called one by one: a control tick every control period, and a contact tick every
 /// step. The same inputs give the same bits.
 ///
 /// In one loop, as the paper has it, a frame is in use as soon as it is made. In lockstep the two loops do on a virtual
 /// clock what threads do, without their chance: a control tick sees the state of its time, and its frame comes into use
 /// a control delay (and jitter) later; one that is overtaken is dropped. Frame 0 is there before the first tick.
-struct GraspRun {
+struct GraspRun : Run {
   /// In one loop. The model is referred to.
   explicit GraspRun(const Model& m) : GraspRun(m, {}, std::nullopt) {}
   /// In lockstep.
@@ -42,7 +67,7 @@ struct GraspRun {
   GraspRun& operator=(const GraspRun&) = delete;
 
   /// Goes on as another of the same model, delays and jitter would.
-  void go_on_as(const GraspRun& other);
+  void go_on_as(const Run& other) { static_cast<Run&>(*this) = other; }
 
   /// One control tick, if one is due, and then one contact tick.
   TickReport tick(const TickInput& input = {});
@@ -57,25 +82,14 @@ struct GraspRun {
   [[nodiscard]] double time_s() const { return static_cast<double>(state.tick) * model.scene.step_s; }
 
   const Model& model;
-  State state;
-  Frame frame;  ///< In use.
-  Controller controller;
-  ControlReport report;     ///< Of the last control tick.
-  bool controlled = false;  ///< It ran just before the last contact tick.
-  ContactWorkspace work;
+  ContactScratch work;
 
  private:
-  struct Sent {
-    double due_s;
-    Frame frame;
-  };
   GraspRun(const Model& m, const FramePolicy& policy, std::optional<LockstepSettings> settings);
   void send();
   void receive();
 
   std::optional<LockstepSettings> lockstep_;
-  std::mt19937_64 random_;
-  std::vector<Sent> under_way_;
 };
 
 /// A control tick that has been done.

@@ -62,7 +62,8 @@ class SplitGrasp {
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const Controller& controller() const { return controller_; }
   /// Of the contact thread, like the state.
-  [[nodiscard]] const ContactWorkspace& workspace() const { return work_; }
+  [[nodiscard]] const ContactMemory& memory() const { return memory_; }
+  [[nodiscard]] const ContactScratch& scratch() const { return scratch_; }
 
   /// Of the contact thread; other threads may read it when contact steps have ended.
   [[nodiscard]] const State& state() const { return state_; }
@@ -74,7 +75,8 @@ class SplitGrasp {
  private:
   const Model& model_;
   State state_;
-  ContactWorkspace work_;
+  ContactMemory memory_;
+  ContactScratch scratch_;
   Controller controller_;
   ControlReport first_control_;
   LatestValue<Frame> frames_;

@@ -16,7 +16,7 @@ namespace thenar {
 
 /// The contact problem of the contact tick that `work` has just done on this frame, W dense, with the forces that its
 /// solve began with.
-[[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work);
+[[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactScratch& work);
 
 /// The grasp-force problem of a control tick, about the object's origin, with the friction and squeeze of each finger
 /// where they are its own, and its optima for both cones by solve_grasp_forces; without an answer the file states none.
