@@ -11,7 +11,8 @@
 
 namespace thenar {
 
-/// Uniform in [0, 1). std::uniform_real_distribution may differ between standard libraries; this does not.
+/// A generator of uniform numbers in [0, 1), the same with all standard libraries, unlike
+/// std::uniform_real_distribution.
 class Uniform {
  public:
   explicit Uniform(std::uint32_t seed) : bits_(seed) {}
@@ -30,12 +31,12 @@ struct SurfaceSample {
   Eigen::Vector3d normal;  ///< Unit, outward.
 };
 
-/// Draws a sample of a surface's piece, all places of which are equally likely. Nothing if the place is no surface,
-/// because another part of the solid covers it.
+/// A function that draws a sample of a surface's piece, uniformly by area; nothing if another part of the solid covers
+/// the place.
 using DrawSample = std::function<std::optional<SurfaceSample>(Eigen::Index piece, Uniform& uniform)>;
 
-/// Exactly `count` blue-noise samples of a surface that consists of pieces of these areas: more samples than asked for
-/// are drawn evenly by area, and the most crowded are eliminated [Yuksel 2015]. Same seed, same cloud.
+/// Draws exactly `count` blue-noise samples of a surface that consists of pieces of these areas: more samples are drawn
+/// uniformly by area, and the most crowded are eliminated [Yuksel 2015]. Same seed, same cloud.
 /// Throws std::invalid_argument if count < 1, or if too few places are surface.
 [[nodiscard]] PointCloud sample_blue_noise(const std::vector<double>& areas_m2, Eigen::Index count, std::uint32_t seed,
                                            const DrawSample& draw);

@@ -17,47 +17,45 @@
 
 namespace thenar {
 
-/// Where a point stands to a surface.
+/// The signed distance and foot of a point on a surface.
 struct SurfaceDistance {
   double distance_m;        ///< Signed, > 0 outside.
   Eigen::Vector3d point_m;  ///< The point's projection on the surface.
   Eigen::Vector3d normal;   ///< Outward unit normal there.
-  bool is_smooth = true;    ///< No other face than the projection's has a say in it.
+  bool is_smooth = true;    ///< True if only the projection's face contributes.
 };
 
-/// The surface that a point cloud stands for [Adamson & Alexa 2003; Keiser et al. 2004; Guennebaud & Gross 2007]: the
-/// plane through
+/// The surface of a point cloud [Adamson & Alexa 2003; Keiser et al. 2004; Guennebaud & Gross 2007]: the plane through
 ///     a(x) = sum th_i p_i / sum th_i   with the normal   n(x) = normalised sum th_i n_i,   f(x) = n.(x - a),
-/// raised and leaned to where it touches, over x, the sphere through these samples (sphere_fit.h): their mean lies
-/// below a curved surface. Weights fall with distance and with the angle between n_i and n, up to 60 degrees, so that n
-/// and a belong to one face:
+/// shifted and tilted to touch, over x, the sphere through these samples (sphere_fit.h): their mean lies below a curved
+/// surface. Weights decrease with distance and with the angle between n_i and n, up to 60 degrees, so that n and a
+/// belong to one face:
 ///     th_i = max(0, 1 - d_i^2/h^2)^4 max(0, 2 n_i.n - 1)^4.
 /// Where faces meet (the sides of an edge or a corner, the two sides of a plate) the solid is the intersection of their
 /// half-spaces if they meet convexly, else the union: f is the largest or the smallest of theirs.
 ///
-/// It trusts the samples: see repair() in cloud_repair.h.
+/// The samples must be consistent: see repair() in cloud_repair.h.
 class ImplicitSurface {
  public:
-  /// Support h = 2.2 sample spacings, the spacing measured on the cloud.
+  /// Makes the surface with the support h = 2.2 sample spacings, measured on the cloud.
   /// Throws std::invalid_argument if there are no samples, or if they have no spacing (a single place).
   explicit ImplicitSurface(const PointCloud& cloud);
 
-  /// Throws std::invalid_argument if there are no samples, or if the support is not finite and greater than zero.
+  /// Throws std::invalid_argument if there are no samples, or if the support is not finite and positive.
   ImplicitSurface(const PointCloud& cloud, double support_m);
   ImplicitSurface(const PointCloud& cloud, std::integral auto) = delete;  // no number of samples is a support
 
-  /// From now on distances up to `depth_m` from the surface may differ from the exact ones by `error_m`, for the sake
-  /// of speed: where a sample's patch is as good as that, it answers (SurfacePatches). Takes about 3 us and 224 bytes a
-  /// sample. Without it, or with an error of 0, all are exact.
+  /// Allows distances up to `depth_m` from the surface to differ from the exact ones by `error_m`, for speed: where a
+  /// sample's patch has that accuracy it is used (SurfacePatches). Takes about 3 us and 224 bytes a sample. Without it,
+  /// or with an error of 0, all are exact.
   void allow_error(double error_m, double depth_m);
 
-  /// Signed distance of x: on each face near the nearest sample x is projected twice.
-  /// Nothing if no sample lies within `reach_m` of x. Outside a convex edge or
-  /// corner f is a lower bound: the largest distance to one of the planes. Requires x finite. Never NaN. Does
-  /// not allocate or throw.
+  /// Computes the signed distance of x: on each face near the nearest sample x is projected twice. Nothing if no sample
+  /// lies within `reach_m` of x. Outside a convex edge or corner f is a lower bound: the largest distance to one of the
+  /// planes. Requires x finite. Never NaN. Does not allocate or throw.
   [[nodiscard]] std::optional<SurfaceDistance> distance(const Eigen::Vector3d& x_m, double reach_m) const noexcept;
 
-  /// The sample nearest to x, where its projections start: distance(x, reach) is distance_from(x, nearest(x,
+  /// Finds the sample nearest to x, where its projections start: distance(x, reach) is distance_from(x, nearest(x,
   /// reach).sample) if there is one. See SampleBlocks::nearest().
   [[nodiscard]] SampleBlocks::Nearest nearest(const Eigen::Vector3d& x_m, double reach_m, double beyond_m = 0.0,
                                               Eigen::Index hint = -1) const noexcept {
@@ -65,32 +63,32 @@ class ImplicitSurface {
   }
   [[nodiscard]] SurfaceDistance distance_from(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
-  /// How x stands to the face that a sample belongs to, whatever other faces are nearer: to the near side of a wall
-  /// from beyond its middle, say.
+  /// Computes the distance of x from a sample's face even if other faces are nearer: from the near side of a wall for x
+  /// beyond its middle, say.
   [[nodiscard]] SurfaceDistance face_distance(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
-  /// Notes for each sample what other faces are within `reach_m` of it, across convex edges: the nearest sample of
-  /// each, of kMostBeside at most. `are_one(i, j)` says that the faces of two samples are one, however they look.
-  /// Without it, what bends by more than half of a right angle on the way is no edge, and edges over which normals turn
-  /// by less than 60 degrees, but by 20, are found, too: around these, distances and bends are those of a face's own
-  /// samples from then on. Some us a sample. It begins with forget_edges().
+  /// Finds for each sample the other faces within `reach_m` of it across convex edges: the nearest sample of each, of
+  /// kMostBeside at most. `are_one(i, j)` tells that two samples share a face. Without it, a surface that turns by more
+  /// than 45 degrees over that distance has no edge there, and blunt edges, over which normals turn by 20 to 60
+  /// degrees, are found, too: around these, distances and curvatures are those of a face's own samples from then on.
+  /// Some us a sample. Calls forget_edges() first.
   void find_edges(double reach_m, const std::function<bool(Eigen::Index, Eigen::Index)>& are_one = {});
-  /// Makes the surface what it was before find_edges().
+  /// Restores the surface as before find_edges().
   void forget_edges();
   static constexpr std::size_t kMostBeside = 5;
-  /// Their samples; none before find_edges().
+  /// Returns the samples of the other faces beside a sample; none before find_edges().
   [[nodiscard]] std::span<const Eigen::Index> beside(Eigen::Index sample) const {
     if (beside_.empty()) return {};
     const Beside& found = beside_[sample];
     return {found.samples.data(), found.count};
   }
 
-  /// What is known of distance_from(x, sample) without it: nothing near edges, where several faces compete, nor where
+  /// Bounds of distance_from(x, sample) without computing it; none near edges, where several faces compete, nor where
   /// all is exact.
   using Estimate = SurfacePatches::Estimate;
   [[nodiscard]] Estimate estimate(const Eigen::Vector3d& x_m, Eigen::Index sample) const noexcept;
 
-  /// How the surface bends at a sample. At an edge, as the sample's own face does.
+  /// Returns the curvature at a sample; at an edge, that of the sample's own face.
   [[nodiscard]] const SurfaceBend& bend(Eigen::Index sample) const { return bends_[sample]; }
 
   [[nodiscard]] const PointCloud& cloud() const { return cloud_; }  ///< In the order of the blocks.
@@ -101,19 +99,19 @@ class ImplicitSurface {
   using Block = SampleBlocks::Block;
   using Lanes = SampleBlocks::Lanes;
 
-  /// The plane a, n that the samples around a point make.
+  /// The plane a, n through the samples around a point.
   struct Plane {
     Eigen::Vector3d a_m, n;
-    double least_cosine;  ///< Between the reference normal and those of the samples in the support.
+    double least_cosine;  ///< Least cosine between the reference normal and those of the samples in the support.
   };
 
-  /// The first projection of every x that is nearest to a sample: its plane depends on the sample alone. Of the samples
-  /// that the second one may use if it stays near, it says how far their normals lean from this plane's.
+  /// The first projection of all x nearest to a sample: its plane depends on the sample alone. It bounds the angles
+  /// from its normal to those of the samples that a second projection nearby may use.
   struct Start {
     Plane plane;
     double cosine;
-    double clear_m;         ///< Within this of the sample no normal is unlike a second projection's that stays near.
-    bool is_sharp = false;  ///< By a blunt edge: its planes are those of samples whose normals are within 20 degrees.
+    double clear_m;         ///< Radius in which no normal is unlike that of a second projection nearby.
+    bool is_sharp = false;  ///< At a blunt edge: only samples with normals within 20 degrees make its planes.
   };
 
   /// Samples of other faces.
@@ -122,21 +120,21 @@ class ImplicitSurface {
     std::size_t count = 0;
   };
 
-  /// What a sample by a blunt edge had before edges were looked for.
+  /// Values of a sample at a blunt edge before edges were sought.
   struct Blunted {
     Eigen::Index sample;
     Start start;
     SurfaceBend bend;
   };
 
-  /// A face as x sees it: the plane near x's projection.
+  /// A face near x: the plane near x's projection.
   struct Face {
     Eigen::Vector3d a_m;  ///< The middle of its samples: near x's projection, or near the start.
     Eigen::Vector3d n;
-    double f_m;  ///< How far x is over the plane.
+    double f_m;  ///< Height of x over the plane.
   };
 
-  /// How far from the first sample of a block all normals are within 45 degrees of the mean of the block's.
+  /// The distance from the first sample of a block within which all normals are within 45 degrees of the block's mean.
   struct BlockClearance {
     Eigen::Vector3d centre_m, axis;
     double clear_m;
@@ -158,11 +156,11 @@ class ImplicitSurface {
                                             std::span<const char> of = {}) const noexcept;
   [[nodiscard]] std::optional<Plane> fit(const Eigen::Vector3d& c_m, const Eigen::Vector3d& n_reference,
                                          bool is_sharp = false) const noexcept;
-  /// Whether no sample within the radius of the start has a normal unlike n, a second projection's.
+  /// Tests that no sample within the radius of the start has a normal unlike n, a second projection's.
   [[nodiscard]] bool is_clear(Eigen::Index start, const Eigen::Vector3d& n, double radius_m) const noexcept {
     return radius_m <= starts_[start].clear_m && n.dot(starts_[start].plane.n) >= starts_[start].cosine;
   }
-  /// How far around a point inside other faces are looked for, which is at this distance from the nearest sample.
+  /// Returns the search radius for other faces around an inner point at this distance from the nearest sample.
   [[nodiscard]] double widest_m(double way_m) const { return std::max(support_m_, 2.0 * way_m + 0.25 * support_m_); }
   [[nodiscard]] bool is_alone(const Eigen::Vector3d& x_m, Eigen::Index start, double f_m,
                               const Eigen::Vector3d& n) const noexcept;
@@ -177,9 +175,9 @@ class ImplicitSurface {
   double support_m_;
   std::vector<BlockClearance> clearances_;  // of each block
   std::vector<Start> starts_;               // of each sample
-  std::vector<SurfaceBend> bends_;          // likewise
+  std::vector<SurfaceBend> bends_;          // of each sample
   std::vector<Blunted> blunted_;
-  std::vector<Beside> beside_;             // likewise, once edges have been looked for
+  std::vector<Beside> beside_;             // of each sample, after find_edges()
   std::optional<SurfacePatches> patches_;  // of each sample, where an error is allowed
 };
 

@@ -4,13 +4,13 @@
 
 namespace thenar {
 
-/// Gives a cloud without normals (`normals` empty, or to be replaced) unit outward normals.
+/// Estimates the unit outward normals of a cloud (`normals` is empty, or to be replaced).
 ///
-/// A sample's normal is that of the plane through its neighbours, weighted anew by their distances from the plane, so
-/// that a sharp edge does not tilt it. Signs spread along the spanning tree of least doubt [Hoppe et al. 1992], by the
+/// A sample's normal is that of the plane through its neighbours, reweighted by their distances from the plane, so that
+/// a sharp edge does not tilt it. Signs propagate along the spanning tree of least doubt [Hoppe et al. 1992], by the
 /// rule that two neighbours lie on one arc [Koenig & Gumhold 2009], which also carries them round edges and the rims of
-/// thin plates. Each part of the surface that no neighbour joins to another encloses a positive volume: a cavity's wall
-/// comes out as a body's. Same cloud, same normals.
+/// thin plates. Each connected part of the surface encloses a positive volume: a cavity's wall is oriented as a body's.
+/// Same cloud, same normals.
 /// Throws std::invalid_argument for fewer than two samples, or samples all in one place.
 void estimate_normals(PointCloud& cloud);
 

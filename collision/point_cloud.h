@@ -12,7 +12,7 @@ struct PointCloud {
   Eigen::Matrix3Xd normals;   ///< 3 x N, unit, outward; 3 x 0 for a scan without normals, until they are estimated.
 };
 
-/// The side of the square that one sample stands for: the median over a subset, from eight neighbours each.
+/// Estimates the side of the square that a sample represents: the median over a subset, from eight neighbours each.
 /// Throws std::invalid_argument for fewer than two samples. Cost O(points).
 [[nodiscard]] double sample_spacing_m(const PointCloud& cloud);
 

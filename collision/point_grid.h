@@ -9,8 +9,8 @@
 
 namespace thenar {
 
-/// Points sorted into cubic cells no smaller than a radius: a point's neighbours lie in its 27 cells. For work done
-/// once, when a cloud is made or read. It refers to the points.
+/// Points sorted into cubic cells no smaller than a radius: a point's neighbours lie in its 27 cells. For use when a
+/// cloud is made or read. A view of the points.
 class PointGrid {
  public:
   /// `points_m` is 3 x N, N >= 1, finite; radius > 0.
@@ -35,14 +35,14 @@ class PointGrid {
     }
   }
 
-  /// The points, cell by cell.
+  /// Returns the points, cell by cell.
   [[nodiscard]] const std::vector<Eigen::Index>& members() const { return members_; }
 
  private:
   [[nodiscard]] Eigen::Index number(int x, int y, int z) const {
     return (static_cast<Eigen::Index>(x) * cells_.y() + y) * cells_.z() + z;
   }
-  /// Points outside of the cells belong to the outermost ones: neighbours stay neighbours.
+  /// Returns a point's cell. Points outside belong to the outermost cells: neighbours stay neighbours.
   [[nodiscard]] Eigen::Vector3i cell_at(const Eigen::Vector3d& p_m) const {
     const Eigen::Array3d last = (cells_.array() - 1).cast<double>();
     return ((p_m - low_m_) / cell_m_).array().max(0.0).min(last).cast<int>();

@@ -8,10 +8,10 @@
 
 namespace thenar {
 
-/// Convex, its corners counter-clockwise.
+/// A convex polygon, its corners counter-clockwise.
 using Polygon = std::vector<Eigen::Vector2d>;
 
-/// Leaves of the polygon what lies at n.x <= c [Sutherland, Hodgman 1974].
+/// Clips the polygon to n.x <= c [Sutherland, Hodgman 1974].
 inline void clip(const Eigen::Vector2d& n, double c, Polygon& polygon, Polygon& work) {
   work.clear();
   if (polygon.empty()) return;
@@ -26,14 +26,14 @@ inline void clip(const Eigen::Vector2d& n, double c, Polygon& polygon, Polygon& 
   polygon.swap(work);
 }
 
-/// The square of how far the polygon reaches from the origin.
+/// Returns the squared distance of the polygon's farthest corner from the origin.
 inline double reach2(const Polygon& polygon) {
   double most = 0.0;
   for (const Eigen::Vector2d& x : polygon) most = std::max(most, x.squaredNorm());
   return most;
 }
 
-/// Of a polygon around the origin.
+/// The area and centroid of a polygon around the origin.
 struct PolygonArea {
   double area = 0.0;
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();

@@ -17,8 +17,7 @@ class SampleBlocks {
   static constexpr int kLanes = 8;
   using Lanes = Eigen::Array<double, kLanes, 1>;
 
-  /// Up to eight samples, each coordinate contiguous. Unused lanes have no normal and lie too far away to weigh
-  /// anything.
+  /// Up to eight samples, each coordinate contiguous. Unused lanes have no normal and lie too far away to have weight.
   struct Block {
     Lanes x, y, z;
     Lanes n_x, n_y, n_z;
@@ -29,7 +28,7 @@ class SampleBlocks {
       return (x - p_m.x()).square() + (y - p_m.y()).square() + (z - p_m.z()).square();
     }
     [[nodiscard]] Lanes cosines(const Eigen::Vector3d& n) const { return n_x * n.x() + n_y * n.y() + n_z * n.z(); }
-    /// Heights of the samples over the plane through p with normal n.
+    /// Returns the heights of the samples over the plane through p with normal n.
     [[nodiscard]] Lanes heights(const Eigen::Vector3d& p_m, const Eigen::Vector3d& n) const {
       return (x - p_m.x()) * n.x() + (y - p_m.y()) * n.y() + (z - p_m.z()) * n.z();
     }
@@ -37,12 +36,12 @@ class SampleBlocks {
 
   /// The sample nearest to a point.
   struct Nearest {
-    Eigen::Index sample = -1;  ///< The first such one; -1 if none lies within the reach.
+    Eigen::Index sample = -1;  ///< The first one if several are as near; -1 if none lies within the reach.
     double distance_m = 0.0;   ///< Its distance; without one, none is nearer than this.
     double free_m = 0.0;       ///< While the point moves less, the sample remains the nearest.
   };
 
-  /// The order in which a cloud's samples go into blocks: neighbours in one block, neighbouring blocks in one node.
+  /// Returns the order of a cloud's samples in blocks: neighbours in one block, neighbouring blocks in one node.
   [[nodiscard]] static std::vector<Eigen::Index> order(const Eigen::Matrix3Xd& points_m);
 
   /// Requires a cloud in that order, of one sample at least.
@@ -56,9 +55,9 @@ class SampleBlocks {
     visit_within(static_cast<int>(levels_.size()) - 1, 0, query, inflated_squared(radius_m), visit);
   }
 
-  /// The sample nearest to x within the reach, ties by number. The search goes on for `beyond_m` past it: free_m is the
-  /// way to where another sample is as near, or half as far as that. A `hint`, a sample's number or -1, is where it
-  /// might be: a good one makes the search shorter, none changes the result.
+  /// Finds the sample nearest to x within the reach, ties by number. The search extends `beyond_m` past it: free_m is
+  /// the distance to where another sample is as near, or half of `beyond_m`. A `hint` is a guess, a sample's number or
+  /// -1: a good one shortens the search, none changes the result.
   [[nodiscard]] Nearest nearest(const Eigen::Vector3d& x_m, double reach_m, double beyond_m = 0.0,
                                 Eigen::Index hint = -1) const noexcept;
 
@@ -67,12 +66,12 @@ class SampleBlocks {
  private:
   using Floats = Eigen::Array<float, kLanes, 1>;
 
-  /// A point, seen from the middle of the cloud.
+  /// A point relative to the middle of the cloud.
   struct Query {
     float x, y, z;
   };
 
-  /// Boxes of the eight children of a node.
+  /// A node: the boxes of its eight children.
   struct Node {
     Floats low_x, low_y, low_z, high_x, high_y, high_z;
 
@@ -89,12 +88,12 @@ class SampleBlocks {
     const Eigen::Vector3f p = (p_m - middle_m_).cast<float>();
     return {p.x(), p.y(), p.z()};
   }
-  /// The square of a radius grown by all that rounding to floats can do to a distance.
+  /// Returns the square of a radius, enlarged by the largest rounding of a distance to floats.
   [[nodiscard]] float inflated_squared(double radius_m) const {
     const double grown_m = radius_m * (1.0 + 1e-5) + rounding_m_;
     return static_cast<float>(grown_m * grown_m);
   }
-  /// The lanes not above a limit, as bits.
+  /// Returns the lanes not above a limit, as bits.
   [[nodiscard]] static unsigned not_above(const Floats& lanes, float limit);
 
   template <typename Visit>

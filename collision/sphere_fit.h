@@ -4,8 +4,8 @@
 
 namespace thenar {
 
-/// Weighted means of samples around a point c, in any unit of length: where they are as seen from c, their normals,
-/// their squared distances from c, and how far they are along their own normals. Each a row of lanes, a problem a lane.
+/// Weighted means of samples around a point c, in any unit of length: positions relative to c, normals, squared
+/// distances from c, and positions along their own normals. Each is a row of lanes, one problem per lane.
 template <typename Lanes>
 struct SampleMeans {
   Lanes x, y, z;
@@ -20,9 +20,9 @@ struct PlaneOver {
   Lanes height;
 };
 
-/// The plane that touches, over c, the sphere through samples with normals: on a sphere it is exact, and flat samples
-/// give their mean. The curvature is that of Guennebaud & Gross [2007], from how normals turn along the way between
-/// samples; more than one over the unit of length is that of noise, and so is that of samples hardly apart.
+/// Computes the plane that touches, over c, the sphere through samples with normals: exact on a sphere, and the mean of
+/// flat samples. The curvature is that of Guennebaud & Gross [2007], from the change of normals between samples; values
+/// above one over the unit of length count as noise, as do those of samples hardly apart.
 template <typename Lanes>
 PlaneOver<Lanes> touching_plane(const SampleMeans<Lanes>& s) {
   using Scalar = typename Lanes::Scalar;
@@ -34,7 +34,7 @@ PlaneOver<Lanes> touching_plane(const SampleMeans<Lanes>& s) {
   const Lanes turn = s.along_normal - length * over;
   const Lanes bend = (spread > kApart).select(turn / spread, Scalar{0}).max(-kMost).min(kMost);
 
-  // The middle of the samples lies below the sphere. There the sphere's normal is n, at c it leans.
+  // The mean of the samples lies below the sphere. There the sphere's normal is n; at c it is tilted.
   const Lanes side_x = s.x - over * n_x, side_y = s.y - over * n_y, side_z = s.z - over * n_z;
   const Lanes side_squared = side_x.square() + side_y.square() + side_z.square();
   const Lanes foot = over + kHalf * bend * (spread - side_squared);  // along n

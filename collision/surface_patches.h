@@ -16,25 +16,25 @@ namespace thenar {
 
 /// The second projection of an ImplicitSurface, as polynomials.
 ///
-/// The first projection takes x to c in a plane that belongs to the nearest sample. What the second one makes of c
-/// depends on where in this plane c is, and on nothing else:
+/// The first projection takes x to c in a plane that belongs to the nearest sample. The second one depends on the
+/// position of c in this plane alone:
 ///     f(x) = n(c).(x - a(c)) = n(c).(c - a(c)) + f_1 n(c).n_1.
-/// So two coordinates tell all, at any depth: n.(c - a) and the two components of n along the plane are polynomials of
-/// degree four on a disc around the plane's middle. Each sample has such a patch, which knows how far from its middle
-/// the answer is good, by trying it beside the exact one where it was not fitted.
+/// So two coordinates suffice, at any depth: n.(c - a) and the two components of n along the plane are polynomials of
+/// degree four on a disc around the plane's middle. Each sample has such a patch, with the radius in which it is
+/// accurate, found by comparison with exact projections at points other than the fitted ones.
 class SurfacePatches {
  public:
-  /// Good is an f within `error_m` of the exact one where |f_1| is `depth_m` at most.
+  /// Reserves patches; an f counts as good within `error_m` of the exact one where |f_1| is `depth_m` at most.
   SurfacePatches(double support_m, double error_m, double depth_m, std::size_t samples);
 
-  /// Adds the next sample's: its first plane is (a, n). About as dear as three distances.
+  /// Adds the next sample's patch; its first plane is (a, n). Costs about three distances.
   void add(const SampleBlocks& samples, const Eigen::Vector3d& a_m, const Eigen::Vector3d& n);
 
-  /// What is known of a projection without it.
+  /// Bounds of a projection, found without it.
   struct Estimate {
-    double least_m = -std::numeric_limits<double>::infinity();  ///< f is this or more.
+    double least_m = -std::numeric_limits<double>::infinity();  ///< Lower bound of f.
     double firm_m =
-        0.0;  ///< While x moves no farther and belongs to this sample, `least_m` falls no faster than it moves.
+        0.0;  ///< Distance that x may move, still nearest to this sample, while `least_m` falls no faster than x moves.
   };
   [[nodiscard]] Estimate estimate(const Eigen::Vector3d& x_m, Eigen::Index sample, const Eigen::Vector3d& a_m,
                                   const Eigen::Vector3d& n) const noexcept {
@@ -48,9 +48,10 @@ class SurfacePatches {
 
   struct Projection {
     double f_m;
-    Eigen::Vector3d n;  ///< Of length one.
+    Eigen::Vector3d n;  ///< Unit normal.
   };
-  /// The second projection of x by a sample's patch, whose first plane is (a, n). Nothing where the patch is not good.
+  /// Computes the second projection of x by a sample's patch, whose first plane is (a, n); nothing where it is not
+  /// good.
   [[nodiscard]] std::optional<Projection> project(const Eigen::Vector3d& x_m, Eigen::Index sample,
                                                   const Eigen::Vector3d& a_m, const Eigen::Vector3d& n) const noexcept {
     const Patch& patch = patches_[sample];
@@ -69,7 +70,7 @@ class SurfacePatches {
 
  private:
   static constexpr int kTerms = 15;
-  using Values = Eigen::Array4f;  ///< n.(c - a) [m], the components of n along t_1 and t_2, and what comes after them.
+  using Values = Eigen::Array4f;  ///< n.(c - a) [m], the components of n along t_1 and t_2, and an unused entry.
 
   struct Patch {
     /// Three coefficients each of 1, u, v, u^2, u v, v^2, ... u^4 ... v^4, and one that is read with the last.

@@ -6,14 +6,14 @@
 
 namespace thenar {
 
-/// What of the unit sphere is nearest to each of n directions.
+/// The cells of n directions: the parts of the unit sphere nearest to each of them.
 struct VoronoiCells {
   Eigen::VectorXd areas;       ///< [sr]; together 4 pi.
   Eigen::Matrix3Xd centroids;  ///< 3 x n, unit.
 };
 
-/// The cells of n directions (3 x n, unit). Areas are within 1 % for a hundred even directions or more. Directions that
-/// coincide have the same cell. Cost O(n^2).
+/// Computes the cells of n directions (3 x n, unit). Areas are within 1 % for a hundred even directions or more.
+/// Directions that coincide have the same cell. Cost O(n^2).
 [[nodiscard]] VoronoiCells voronoi_cells(const Eigen::Matrix3Xd& directions);
 
 }  // namespace thenar

@@ -8,10 +8,10 @@
 
 namespace thenar {
 
-/// When the accurate contact solve stops.
+/// Stopping criteria of the accurate contact solve.
 struct AccurateSettings {
   double tolerance = 1e-8;  ///< Stop at this natural-map residual [no unit]; see residual.h.
-  int max_sweeps = 300;     ///< Of the Gauss-Seidel that goes first.
+  int max_sweeps = 300;     ///< Limit of the Gauss-Seidel sweeps that precede Newton's method.
   int max_steps = 800;      ///< Newton steps of all stages together: bounds the time of one call.
 };
 
@@ -19,7 +19,7 @@ struct AccurateSettings {
 struct AccurateWorkspace {
   explicit AccurateWorkspace(Eigen::Index contacts);
 
-  /// Out: where there is no solution, normal forces y that prove it, the largest of them 1; else zero. One a contact.
+  /// Out, one per contact: normal forces y that prove that no solution exists, scaled to a largest of 1; else zero.
   Eigen::VectorXd certificate;
 
   // Scratch of contact_newton.cpp.
@@ -29,9 +29,9 @@ struct AccurateWorkspace {
   Eigen::VectorXd f, last_good, delta, right, step, motion, trial_f, trial_delta, zero;
 };
 
-/// What one accurate solve returns by value.
+/// Result of one accurate solve.
 struct AccurateReport {
-  SolveReport solve;  ///< As of Gauss-Seidel; `sweeps` counts those.
+  SolveReport solve;  ///< Status and residual; `sweeps` counts Gauss-Seidel sweeps.
   int steps = 0;      ///< Newton steps; 0 where Gauss-Seidel was enough.
 };
 

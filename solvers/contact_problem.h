@@ -7,8 +7,8 @@
 
 namespace thenar {
 
-/// A contact problem: forces f of n points with Coulomb friction are asked for, in a frozen contact space. With the
-/// gaps delta = W f + delta_free, every point satisfies
+/// A contact problem: find the forces f of n points with Coulomb friction in a frozen contact space. With the gaps
+/// delta = W f + delta_free, every point satisfies
 ///     0 <= f_n  _|_  delta_n >= 0                       Signorini, eq. (24) of the paper
 ///     f_t minimises f_t.delta_t over |f_t| <= mu f_n    Coulomb, eq. (29)
 /// Point i owns rows 3i..3i+2 = normal, tangent 1, tangent 2. A view: the numbers are owned elsewhere.
@@ -21,7 +21,7 @@ struct ContactProblem {
   Eigen::Ref<const Eigen::VectorXd> mu;          ///< n.
 };
 
-/// Where a contact solver writes to: a view, too.
+/// The output of a contact solver; a view.
 struct ContactSolution {
   /// 3n [N]. In: first guess, usually the last step's forces. Out: finite and inside every cone, with any status.
   Eigen::Ref<Eigen::VectorXd> f;
@@ -47,15 +47,15 @@ enum class SolveStatus {
   kNoSolution,  ///< No forces exist: normal forces that move nothing, W y = 0, press where gaps are closed in sum.
 };
 
-/// What one contact solve returns by value.
+/// Result of one contact solve.
 struct SolveReport {
   SolveStatus status = SolveStatus::kConverged;
   int sweeps = 0;
   double residual = 0.0;        ///< Natural map, 2-norm [no unit]; see residual.h.
-  double residual_worst = 0.0;  ///< Of the worst single contact, over the same scale.
+  double residual_worst = 0.0;  ///< Residual of the worst single contact, on the same scale.
 };
 
-/// Of a problem that is not one: forces and gaps are zero, and no number may pass for a good one.
+/// Returns the report of an invalid problem, whose residuals are infinite; sets forces and gaps to zero.
 [[nodiscard]] inline SolveReport not_finite(int sweeps) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {SolveStatus::kNotFinite, sweeps, kInfinity, kInfinity};

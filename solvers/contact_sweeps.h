@@ -11,32 +11,32 @@
 #include "solvers/natural_map.h"
 #include "solvers/residual.h"
 
-// What the Gauss-Seidel solvers share: the local step, fast sweeps over blocks of W, and when to stop.
+// Shared parts of the Gauss-Seidel solvers: the local step, fast sweeps over blocks of W, and stopping criteria.
 
 namespace thenar {
 
-/// When a contact solve stops.
+/// Stopping criteria of a contact solve.
 struct GaussSeidelSettings {
-  double tolerance = 1e-6;      ///< A solve whose natural-map residual [no unit] is this is converged; see residual.h.
+  double tolerance = 1e-6;      ///< Natural-map residual [no unit] at which a solve has converged; see residual.h.
   int max_sweeps = 200;         ///< Bounds the time of one call.
   double share_of_first = 1.0;  ///< Sweeps go on below the tolerance until the residual is this share of the first one.
   double least_share = 1.0;     ///< They never go on below this share of the tolerance.
 
-  /// The residual at which sweeps end that begin with `first_residual`.
+  /// Returns the residual at which sweeps that begin with `first_residual` end.
   [[nodiscard]] double stop_at(double first_residual) const {
     return std::min(tolerance, std::max(share_of_first * first_residual, least_share * tolerance));
   }
 };
 
-/// What a contact's local step needs of its own block W_ii.
+/// Coefficients of a contact's local step, from its own block W_ii.
 struct LocalStep {
   double per_nn;    ///< 1 / W_nn; 0 where no force moves the gap.
   double t1n, t2n;  ///< W_t1n, W_t2n.
   double per_tt;    ///< 2 / (W_t1t1 + W_t2t2).
-  double rho;       ///< Of the residual.
+  double rho;       ///< Scale of the contact in the residual.
 };
 
-/// Of the block's entries; rho is NaN if they are not those of a contact: finite, and the diagonal not negative.
+/// Computes the local step from the block's entries; rho is NaN unless they are finite with a nonnegative diagonal.
 inline LocalStep local_step(double nn, double t1n, double t2n, double t1t1, double t2t2) {
   const double trace = nn + t1t1 + t2t2;
   const bool valid = nn >= 0.0 && t1t1 >= 0.0 && t2t2 >= 0.0 && std::isfinite(trace + t1n + t2n);
@@ -46,8 +46,8 @@ inline LocalStep local_step(double nn, double t1n, double t2n, double t1t1, doub
   return {per_nn, t1n, t2n, per_tt, valid ? rho_of_trace(trace) : std::numeric_limits<double>::quiet_NaN()};
 }
 
-/// One step of a contact towards its laws, the others held: the normal force closes the gap, the tangential force
-/// then undoes the slip that is left as far as friction goes. Only an exact solution stays where it is.
+/// Takes one step of a contact towards its laws, with the others fixed: the normal force closes the gap, then the
+/// tangential force undoes the remaining slip as far as friction allows. Only an exact solution stays unchanged.
 inline Rows update_force(const LocalStep& W, double mu, const Rows& delta, const Rows& f) {
   const double change = -W.per_nn * delta.n;
   const double f_n = f.n + change;
@@ -57,13 +57,13 @@ inline Rows update_force(const LocalStep& W, double mu, const Rows& delta, const
   return inside_cone({f_n, f.t1 - W.per_tt * slip_1, f.t2 - W.per_tt * slip_2}, mu);
 }
 
-/// What is known of a problem before its first sweep.
+/// The scale and solvability of a problem, found before its first sweep.
 struct Admission {
-  double scale_N = 0.0;      ///< Of the residual; NaN where the problem is not one, or its scale does not fit a double.
-  bool no_solution = false;  ///< A contact is pressed that no force opens.
+  double scale_N = 0.0;  ///< Scale of the residual; NaN if the problem is invalid or its scale does not fit a double.
+  bool no_solution = false;  ///< True if a closed contact cannot be opened by any force.
 };
 
-/// Looks at a problem by the contacts' local steps, and takes the first guess into the cones.
+/// Checks a problem by the contacts' local steps, and scales the first guess into the cones.
 template <typename Local, typename Problem>
 Admission admit(const Local& local, const Problem& problem, Eigen::Ref<Eigen::VectorXd> f) {
   const Eigen::Ref<const Eigen::VectorXd>&delta_free = problem.delta_free, &mu = problem.mu;
@@ -86,18 +86,18 @@ Admission admit(const Local& local, const Problem& problem, Eigen::Ref<Eigen::Ve
   return admission;
 }
 
-/// Memory of fast Gauss-Seidel solves for up to `contacts` contacts in `groups` groups, taken once; and the problem as
-/// its sweeps see it: a group's part of W as a dense block in single precision, and what groups do to one another
-/// through a body that all of them touch, in factors, or in blocks of whole columns.
+/// Memory of fast Gauss-Seidel solves for up to `contacts` contacts in `groups` groups, allocated once; and the problem
+/// in the form of the sweeps: each group's part of W as a dense block in single precision, and the coupling of groups
+/// through a body that all of them touch, in factors or in blocks of whole columns.
 ///
-/// Single precision halves what a sweep reads, and with it the time. It holds only changes since the gaps were last
+/// Single precision halves the data that a sweep reads, and its time. It holds only changes since the gaps were last
 /// computed in double precision. That is done again whenever the residual has fallen by three digits or stalls, and
 /// before any residual is reported: no tolerance is out of its reach.
 struct SweepWorkspace {
-  static constexpr int kWindow = 5;  ///< Differences that the acceleration knows: 3 cost some sweeps more, 10 save few.
-  static constexpr int kCommon = 8;  ///< Freedoms of the common body, 6, padded.
-  static constexpr int kOwn = 4;     ///< Freedoms of a group's own body.
-  /// Groups have a multiple of so many rows: a cache line of floats, and whole vector registers of any kind.
+  static constexpr int kWindow = 5;  ///< Differences in the acceleration: 3 cost some more sweeps, 10 save few.
+  static constexpr int kCommon = 8;  ///< Degrees of freedom of the common body, 6, padded.
+  static constexpr int kOwn = 4;     ///< Degrees of freedom of a group's own body.
+  /// A group's rows are a multiple of this: a cache line of floats, and whole vector registers of any kind.
   static constexpr Eigen::Index kPadding = 16;
   using GroupRows = Eigen::Map<Eigen::VectorXf, Eigen::AlignedMax>;
   using Columns = Eigen::Matrix<float, Eigen::Dynamic, kWindow>;
@@ -105,8 +105,8 @@ struct SweepWorkspace {
 
   explicit SweepWorkspace(Eigen::Index contacts, Eigen::Index groups = 1);
 
-  /// Contacts begin .. end - 1; they have `rows` rows, padded, from `row` on, and their block has `span` rows from
-  /// `first` on: their own, or those of all groups.
+  /// The contacts begin .. end - 1. They have `rows` padded rows from `row` on; their block has `span` rows from
+  /// `first` on: their own rows, or those of all groups.
   struct Group {
     Eigen::Index begin, end, row, rows, first, span, block;
   };
@@ -114,71 +114,71 @@ struct SweepWorkspace {
   /// Makes contacts begin[k] .. begin[k + 1) group k. whole: blocks are whole columns of W. body: a last group without
   /// contacts has the common body's own rows, in which `moved` tells its motion; where J_common of these is 1.
   void lay_out(std::span<const Eigen::Index> begin, bool whole = false, bool body = false);
-  /// W's columns of a group's contacts, in the rows of its span, for the caller to fill; the padding, too.
+  /// Returns W's columns of a group's contacts in the rows of its span; the caller fills them and their padding.
   auto block(const Group& group) {
     return Eigen::Map<Eigen::MatrixXf, Eigen::AlignedMax>(blocks.data() + group.block, group.span,
                                                           3 * (group.end - group.begin));
   }
 
   std::vector<Group> groups;
-  std::vector<LocalStep> local;  ///< Of each contact; the caller's to fill.
+  std::vector<LocalStep> local;  ///< Local step of each contact, filled by the caller.
   Eigen::VectorXf blocks;
-  bool coupled = false;  ///< Whether groups move one another, by J_common J_common'.
-  /// Columns to make blocks of, then J_common, both with the roots of the mobilities, and in its padding a fifth column
-  /// for blocks; in the groups' rows, padding zero.
+  bool coupled = false;  ///< True if groups are coupled, by J_common J_common'.
+  /// Columns of which blocks are made, then J_common, both times the roots of the mobilities; its padding holds a fifth
+  /// column for blocks. Rows are those of the groups, with zero padding.
   Eigen::Matrix<float, Eigen::Dynamic, kOwn + kCommon> J;
 
-  // Of the sweeps, in the groups' rows.
-  Eigen::VectorXf moved;   ///< By what gaps have changed since they were computed.
-  Eigen::VectorXf change;  ///< Of the forces by the last sweep.
-  /// The body's motion in a sweep, up to each group's end.
+  // State of the sweeps, in the groups' rows.
+  Eigen::VectorXf moved;   ///< Changes of the gaps since they were computed.
+  Eigen::VectorXf change;  ///< Changes of the forces by the last sweep.
+  /// Motion of the common body in a sweep, up to each group's end.
   Eigen::Matrix<float, kCommon, Eigen::Dynamic> common_after;
 
-  // Of the acceleration: the last result, and how results and their changes differed from sweep to sweep.
+  // State of the acceleration: the last result, and the differences of results and their changes between sweeps.
   Eigen::VectorXf change_last, moved_last;
   Eigen::VectorXd f_last;
   Columns d_change, d_moved, d_f;
   Eigen::Matrix<double, kWindow, kWindow> gram;
-  int results = 0;  ///< Since the last restart; the newest difference is in column (results - 2) % kWindow.
+  int results = 0;  ///< Results since the last restart; the newest difference is in column (results - 2) % kWindow.
   double least_change = 0.0;
 };
 
-/// No sweeps yet, gaps just computed.
+/// Resets the sweeps' state, for gaps that were just computed.
 void start_sweeps(SweepWorkspace& work);
 
-/// Gives each contact its next force, one after the other; the 2-norm of the changes [N].
+/// Updates the force of each contact in turn; returns the 2-norm of the changes [N].
 double sweep(const Eigen::Ref<const Eigen::VectorXd>& mu, const Eigen::Ref<const Eigen::VectorXd>& delta,
              SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
 
-/// Moves all contacts with the common body besides, in the coordinates of J_common.
+/// Adds a motion of the common body, in the coordinates of J_common, to the contacts' gaps.
 void move_body(const SweepWorkspace::Common& motion, SweepWorkspace& work);
 
-/// Anderson's step after a sweep [Anderson 1965; Walker, Ni 2011]: combines the last results so that their changes all
-/// but cancel. It halves the number of sweeps and more. Where changes grow it starts anew. Contacts that it takes out
-/// of their cones the next sweep takes back.
+/// Takes Anderson's step after a sweep [Anderson 1965; Walker, Ni 2011]: combines the last results so that their
+/// changes nearly cancel, which at least halves the number of sweeps. It restarts where changes grow. The next sweep
+/// returns contacts that it moves out of their cones.
 void accelerate(double change_N, SweepWorkspace& work, Eigen::Ref<Eigen::VectorXd> f);
 
-/// The residual of f, of the gaps that the sweeps know.
+/// Computes the residual of f with the gaps of the sweeps.
 Residual sweep_residual(const SweepWorkspace& work, const Eigen::Ref<const Eigen::VectorXd>& mu,
                         const Eigen::Ref<const Eigen::VectorXd>& f, const Eigen::Ref<const Eigen::VectorXd>& delta,
                         double scale_N);
 
-/// After delta has been computed anew.
+/// Resets the changes of gaps after delta was recomputed.
 void gaps_are_exact(SweepWorkspace& work);
 
-// A residual costs a third of a sweep. Between two looks at it, it is guessed from the last change: time to look is
-// when it may be this close to the tolerance, or after so many sweeps.
+// A residual costs a third of a sweep. Between evaluations it is estimated from the last change; it is evaluated when
+// it may be within this factor of the tolerance, or after this number of sweeps.
 inline constexpr double kLookAt = 3.0;
 inline constexpr int kLookAfter = 6;
-// Single precision has seven digits, and the weights of the acceleration may cost some. It may also be what a residual
-// stalls at: great forces that hold one another leave few digits for the gaps.
+// Single precision has seven digits, and the weights of the acceleration may cost some. Rounding may also stall a
+// residual: large forces that balance one another leave few digits for the gaps.
 inline constexpr double kExactEvery = 1e-3;
 inline constexpr double kStalled = 0.8;
 
 /// Completes the report of sweeps that ended with this residual: `solved` is their status if it keeps the tolerance.
 inline SolveReport finish_sweeps(const Residual& residual, double tolerance, SolveStatus solved, SolveReport report,
                                  const ContactSolution& solution) {
-  // What W holds beside its diagonal was not looked at before: it shows here.
+  // Entries of W off its diagonal were not checked before: errors in them show here.
   if (!std::isfinite(residual.norm) || !solution.delta.allFinite() || !solution.f.allFinite()) {
     return not_finite(report.sweeps, solution);
   }
@@ -189,10 +189,10 @@ inline SolveReport finish_sweeps(const Residual& residual, double tolerance, Sol
 }
 
 /// Sweeps from f until the residual is where the settings stop, or stalls below the tolerance. The workspace is laid
-/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f)` mends what the
-/// sweeps know of gaps after each of them, where W f is not linear, and is true where it has changed so much that the
-/// workspace has been filled anew. There forces may act though nothing moves freely: where the residual's scale is
-/// rounding beside `acting_N`, the size of those that are known to act, this is the scale.
+/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f)` corrects the gaps
+/// of the sweeps after each of them where W f is not linear, and returns true if it has refilled the workspace. Forces
+/// may then act without any free motion: where the residual's scale is rounding beside `acting_N`, the size of the
+/// forces known to act, this is the scale.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, const React& react, ContactSolution solution, double acting_N = 0.0) {

@@ -17,7 +17,7 @@ enum class ActiveSetStatus {
   kBudgetSpent,  ///< The changes ran out: x and the multipliers are of no use.
 };
 
-/// What one projection returns by value.
+/// Result of one projection.
 struct ActiveSetReport {
   ActiveSetStatus status = ActiveSetStatus::kBudgetSpent;
   int changes = 0;  ///< Constraints taken up or dropped.
@@ -39,7 +39,7 @@ struct Constraint {
   }
 };
 
-/// One whose row has no zeros to speak of.
+/// A constraint with a dense row.
 template <int kSize>
 struct DenseConstraint {
   int id = -1;
@@ -73,11 +73,11 @@ struct ActiveSet {
 
 namespace dual_active_set {
 
-// Rounding of x and of slacks in some tens of steps, as a share of the way that x has gone: far above 1e-16, far below
-// what any force is asked for.
+// Rounding of x and of slacks in some tens of steps, relative to the path length of x: far above 1e-16, far below any
+// required accuracy of forces.
 inline constexpr double kRounding = 1e-13;
-// Slacks that come from rounding are amplified where constraints nearly coincide. What is still taken for it, as a
-// share of the same way.
+// Rounding of slacks is amplified where constraints nearly coincide. This is the largest slack, relative to the same
+// path length, that still counts as rounding.
 inline constexpr double kMostRounding = 1e-9;
 // A constraint whose row is in the span of the working ones up to this part of its length is of their combination: a
 // projection leaves 1e-16, and a point that needs less would be 1e12 violations away.
@@ -87,7 +87,7 @@ inline constexpr double kZeroRate = 1e-12;
 // A projection that shortens a row below this part leaves the rest skewed by its rounding: it is done once more.
 inline constexpr double kShortened = 0.1;
 
-/// The row a of a constraint against the working set: a = sum d_i basis_i + z.
+/// The decomposition of a constraint's row a in the basis of the working set: a = sum d_i basis_i + z.
 template <int kSize>
 struct Direction {
   typename ActiveSet<kSize>::Vector z;
@@ -95,7 +95,7 @@ struct Direction {
   typename ActiveSet<kSize>::Numbers d;
 };
 
-/// A unit vector: a window on zeros with one 1, so that no vector has to wait for a number to be stored in it.
+/// Returns a unit vector as a view of zeros with one 1, so that no load waits for a store.
 template <int kSize>
 typename ActiveSet<kSize>::Vector unit(int index) {
   static constexpr auto kZerosAndOne = [] {
@@ -106,7 +106,7 @@ typename ActiveSet<kSize>::Vector unit(int index) {
   return Eigen::Map<const typename ActiveSet<kSize>::Vector>(kZerosAndOne.data() + kSize - 1 - index);
 }
 
-/// A row that the first projection has shortened is projected once more.
+/// Projects a row once more if the first projection has shortened it much.
 template <int kSize>
 void straighten(const ActiveSet<kSize>& set, double a_squared, Direction<kSize>& s) {
   s.z_squared = s.z.square().sum();
@@ -146,7 +146,7 @@ void split(const ActiveSet<kSize>& set, const DenseConstraint<kSize>& constraint
   straighten(set, a_squared, s);
 }
 
-/// r = R^-1 d: how fast the multipliers fall as the new constraint's grows. Returns 1 + sum |r|.
+/// Computes r = R^-1 d, the rates at which the multipliers fall as the new constraint's grows. Returns 1 + sum |r|.
 template <int kSize>
 double falling_rates(const ActiveSet<kSize>& set, const Direction<kSize>& s, typename ActiveSet<kSize>::Numbers& r) {
   double r_sum = 1.0;
@@ -159,7 +159,7 @@ double falling_rates(const ActiveSet<kSize>& set, const Direction<kSize>& s, typ
   return r_sum;
 }
 
-/// Takes up the constraint: the set's rows stay triangular in the basis, z its new vector.
+/// Adds the constraint: its z becomes a basis vector, and R stays triangular.
 template <int kSize>
 void take_up(ActiveSet<kSize>& set, const Direction<kSize>& s, int id, double multiplier) {
   const double length = std::sqrt(s.z_squared);
@@ -175,7 +175,7 @@ void take_up(ActiveSet<kSize>& set, const Direction<kSize>& s, int id, double mu
 }
 
 /// Drops the constraint `l`: without its column R has entries below its diagonal, which plane rotations of the basis
-/// take away. The last vector, then of no row, goes back to z.
+/// eliminate. The last basis vector, which belongs to no row any more, returns to z.
 template <int kSize>
 void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
   --set.active;
@@ -211,13 +211,13 @@ void drop(ActiveSet<kSize>& set, Direction<kSize>& s, int l) {
 
 /// Bounds of the rounding of x and of slacks.
 struct RoundingBounds {
-  double way;              ///< Bounds all that x has been.
-  double amplified = 0.0;  ///< Violations up to this were seen to be rounding.
+  double way;              ///< Bound of all values of x so far.
+  double amplified = 0.0;  ///< Largest violation that was found to be rounding.
 };
 
-/// Moves x to where a violated constraint holds and takes it up, after dropping those whose multiplier would become
-/// negative on the way; a violation that is only rounding is noted as such. False if the projection ends here, with
-/// the report's status: the constraints contradict one another, or the changes ran out.
+/// Moves x to where a violated constraint holds and adds it to the set, after dropping those whose multiplier would
+/// become negative; records a violation that is only rounding. Returns false if the projection ends, with the report's
+/// status: the constraints contradict one another, or the changes ran out.
 template <int kSize, class Row>
 bool take_up_violated(const Row& constraint, ActiveSet<kSize>& set, typename ActiveSet<kSize>::Vector& x,
                       RoundingBounds& rounding, ActiveSetReport& report) {
@@ -234,7 +234,7 @@ bool take_up_violated(const Row& constraint, ActiveSet<kSize>& set, typename Act
     if (++report.changes > kMaxChanges) return false;
     const double r_sum = falling_rates(set, s, r);
     const bool is_dependent = set.working() == kSize || s.z_squared <= kDependent * kDependent * a_squared;
-    // To where the constraint holds, or the first multiplier on the way is zero.
+    // The step ends where the constraint holds or the first multiplier becomes zero.
     double step = is_dependent ? kInfinity : -slack / s.z_squared;
     int blocking = -1;
     for (int j = 0; j < set.active; ++j) {
@@ -276,16 +276,16 @@ bool take_up_violated(const Row& constraint, ActiveSet<kSize>& set, typename Act
 /// Finds the point of a polyhedron that is nearest to x0,
 ///     min 1/2 |x - x0|^2,  Q x = w,  a_j.x >= b_j for all j,
 /// by the dual active set method [Goldfarb and Idnani 1983] in the full space: from the nearest point of Q x = w it
-/// takes up the most violated constraint, over and over, and drops those whose multiplier would become negative. Each
-/// change makes the distance grow, so no set comes twice.
+/// repeatedly adds the most violated constraint and drops those whose multiplier would become negative. Each change
+/// increases the distance, so no set recurs.
 ///
-/// set          In: Q's rows, orthonormal (none of them zero), in basis[0 .. equalities). Out: see there.
+/// set          In: Q's rows, orthonormal (none of them zero), in basis[0 .. equalities). Out: see ActiveSet.
 /// x            In: the point of Q x = w nearest to x0. Out: the solution.
-/// scale        The size of what x was computed from, whose rounding it has, if that is larger than x.
-/// constraints  most_violated(x, tolerance) gives one of slack < -tolerance if there is any, best that of least slack.
-///              All rows should be of like length. If x has entries of padding, Q and the rows are zero there.
-/// resume       Goes on with the set and x of the last call, whose constraints have more to say.
-/// Accuracy     slacks and equations to about 1e-13 of the way that x has gone; more where constraints nearly coincide.
+/// scale        The magnitude of the data from which x was computed, if larger than x: it bounds the rounding of x.
+/// constraints  most_violated(x, tolerance) returns one with slack < -tolerance if there is any, best that of least
+///              slack. All rows should be of like length. If x has entries of padding, Q and the rows are zero there.
+/// resume       Continues with the set and x of the last call, with further constraints.
+/// Accuracy     slacks and equations to about 1e-13 of the path length of x; worse where constraints nearly coincide.
 /// Cost         (working + 2) kSize multiply-adds a change, and a scan for each constraint taken up. Does not allocate
 ///              or throw; the same problem gives the same bits.
 template <int kSize, class Constraints>
@@ -299,7 +299,7 @@ template <int kSize, class Constraints>
   for (;;) {
     const double tolerance = std::max(kRounding * rounding.way, rounding.amplified);
     const auto constraint = constraints.most_violated(x, tolerance);
-    // What is not a number compares with nothing.
+    // Comparisons with NaN are false.
     if (!std::isfinite(tolerance) || !std::isfinite(constraint.slack)) return report;
     if (constraint.slack >= -tolerance) {
       report.status = ActiveSetStatus::kOptimal;

@@ -10,15 +10,15 @@ namespace thenar {
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kBudgetSpent;
-  /// Pivots of Lemke; faces taken up or dropped by the active set; of the exact cone planes, and Newton steps, too.
+  /// Pivots of Lemke's method; faces added or dropped by the active set, for the exact cone also planes and Newton
+  /// steps.
   int iterations = 0;
-  /// How far the answer is from its proof [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the least
-  /// forces that would give the wrench without cones, over those that a solution would need at least
-  /// (infeasibility_gap).
+  /// Error of the answer [no unit]. Optimal: grasp_kkt_error of the forces. Infeasible: the size of the least forces
+  /// that give the wrench without cones, over the lower bound of a solution's (infeasibility_gap).
   double residual = std::numeric_limits<double>::infinity();
-  /// What proves the answer, per newton of force and per newton metre of torque about `centre_m`, world axes. Optimal:
-  /// the multiplier l of G f = W^d, with f = P_K(G' l - c). Infeasible: a twist l on which the wrench does work, W^d.l
-  /// > 0, and on which no force inside the cones does any, P_K(G' l) = 0.
+  /// Certificate of the answer, per newton of force and per newton metre of torque about `centre_m`, world axes.
+  /// Optimal: the multiplier l of G f = W^d, with f = P_K(G' l - c). Infeasible: a twist l on which the wrench does
+  /// work, W^d.l > 0, and on which no force inside the cones does any, P_K(G' l) = 0.
   Vector6d multiplier = Vector6d::Zero();
 };
 
@@ -32,12 +32,12 @@ class GraspWorkspace {
 
   LcpWorkspace lcp;
   Eigen::Matrix<double, kMaxRows, 6> N;  ///< A Q', with Q's rows those of G made orthonormal.
-  /// The LCP's, in its first 5n rows; the rest is padding.
+  /// Matrix of the LCP in its first 5n rows; the rest is padding.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows> M;
   RowVector q, z;
 };
 
-/// G [6, 7]: the 6 x 3n map from contact forces (world axes) to the wrench on the object about `centre_m`.
+/// Computes the grasp map G [6, 7], 6 x 3n, from contact forces (world axes) to the object's wrench about `centre_m`.
 void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& centre_m, Eigen::Ref<Eigen::MatrixXd> G);
 
 /// Finds the contact forces of eq. (15),
@@ -47,18 +47,18 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 /// Pyramid: a dual active set [Goldfarb and Idnani 1983] on the faces of the pyramids. Exact cone: planes that
 /// touch it, then semismooth Newton (exact_cone.h).
 ///
-/// f         Out: 3n forces on the object, world axes [N]; on failure left as it was.
+/// f         Out: 3n forces on the object, world axes [N]; on failure unchanged.
 /// Accuracy  Every answer is checked: residual <= 1e-9, or what rounding of the multiplier leaves, 1e-11 of it, where
 ///           cones are so thin that it is 1e2 and more times the forces; laws are kept to 1e-9 of the forces always.
-///           Contacts that stray from a line by a part s of their distances cost 1e-16/s of the forces.
+///           Contacts that deviate from a line by a fraction s of their distances cost 1e-16/s of the forces.
 /// Requires  contact frames orthonormal to rounding; friction >= 0; one grip a contact, or none.
 /// Does not allocate or throw; the same problem gives the same bits.
 [[nodiscard]] GraspReport solve_grasp_forces(const GraspProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
-/// The method by which solve_grasp_forces does so, in words for a table.
+/// Returns the name of the method of solve_grasp_forces, for a table.
 [[nodiscard]] const char* grasp_method(FrictionCone cone) noexcept;
 
-/// The same for the pyramid as the paper does it, by Lemke's method on the LCP of eq. (19):
+/// Finds the forces of eq. (15) with the pyramid by the paper's method, Lemke's on the LCP of eq. (19):
 ///     M = A pi A',  q = -A pi c + A G^+ W^d,  f = pi (A' z - c) + G^+ W^d,   pi = I - G^+ G.
 /// A holds five rows a contact [10].
 /// Requires  problem.cone is kPyramid.
@@ -68,15 +68,16 @@ void grasp_map(std::span<const GraspContact> contacts, const Eigen::Vector3d& ce
 [[nodiscard]] GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorkspace& work,
                                                       Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
-/// How far forces f with a multiplier l are from the optimum of the problem as given, as a share of the forces at hand:
-/// the largest of |f - P_K(G' l - c)| / s, and |R^-1 (G f - W^d)| / s with R R' = G G' (the least forces that would
-/// make up for the wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From
-/// plain G: for checks, not for a loop.
+/// Computes the KKT error of forces f with a multiplier l in the problem as given, relative to the forces: the largest
+/// of |f - P_K(G' l - c)| / s, and |R^-1 (G f - W^d)| / s with R R' = G G' (the least forces that would make up for the
+/// wrench that is missing), s the larger of |f| and |c|. Zero at the optimum, and there only. From plain G: for checks,
+/// not for a loop.
 [[nodiscard]] double grasp_kkt_error(const GraspProblem& problem, const Vector6d& multiplier,
                                      const Eigen::Ref<const Eigen::VectorXd>& f) noexcept;
 
-/// What the twist l leaves possible: feasible forces are at least W^d.l / |P_K(G' l)| large, and this is the least that
-/// would give the wrench without cones, |G^+ W^d|, over that. Zero proves that there are none; infinity if W^d.l <= 0.
+/// Computes the error of the twist l as a proof that no forces exist: feasible forces have at least the size W^d.l /
+/// |P_K(G' l)|, and the gap is the least size without cones, |G^+ W^d|, over that. Zero is a proof; infinity if W^d.l
+/// <= 0.
 [[nodiscard]] double infeasibility_gap(const GraspProblem& problem, const Vector6d& twist) noexcept;
 
 }  // namespace thenar

@@ -8,30 +8,30 @@
 
 namespace thenar {
 
-/// The most contacts that one grasp-force problem takes (one a finger).
+/// Largest number of contacts of a grasp-force problem (one a finger).
 inline constexpr Eigen::Index kMaxGraspContacts = 8;
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-/// Where a finger acts on the object.
+/// A finger's contact point and axes on the object.
 struct GraspContact {
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  ///< Contact point, world axes.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();     ///< Columns n, t1, t2 in world axes; n points into the object.
 };
 
-/// How one contact grips.
+/// Friction and internal force of one contact.
 struct ContactGrip {
   double friction = 0.0;          ///< mu_c of its cone.
   double internal_force_N = 0.0;  ///< Its lambda of eq. (13).
 };
 
-/// What holds the tangential force of a contact.
+/// The friction cone of a contact.
 enum class FrictionCone {
   kPyramid,  ///< |f_t1|, |f_t2| <= mu f_n: circumscribed about Coulomb's cone [9].
   kExact,    ///< |f_t| <= mu f_n.
 };
 
-/// Which forces to find: the least that give `wrench` inside friction cones, biased towards squeezing.
+/// A grasp-force problem: find the least forces inside friction cones that give `wrench`, biased by an internal force.
 struct GraspProblem {
   std::span<const GraspContact> contacts;              ///< At most kMaxGraspContacts.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< The point that torques are taken about.
@@ -39,7 +39,7 @@ struct GraspProblem {
   double friction = 0.0;                               ///< mu_c of the cone.
   FrictionCone cone = FrictionCone::kPyramid;
   double internal_force_N = 0.0;  ///< lambda of eq. (13).
-  /// One a contact, in place of `friction` and `internal_force_N`; empty: these two, for all contacts.
+  /// One per contact, in place of `friction` and `internal_force_N`; if empty, these hold for all contacts.
   std::span<const ContactGrip> grips = {};
 
   [[nodiscard]] double friction_of(Eigen::Index i) const { return grips.empty() ? friction : grips[i].friction; }
@@ -62,10 +62,10 @@ struct GraspData {
   }
 };
 
-/// How a grasp-force problem ended.
+/// Outcome of a grasp-force problem.
 enum class GraspStatus {
   kOptimal,
-  kInfeasible,   ///< No forces inside the cones give the wrench, or none below 1e8 times those that do without cones.
+  kInfeasible,   ///< No forces inside the cones give the wrench, or none below 1e8 times the least without cones.
   kBudgetSpent,  ///< No answer: the pivots ran out, the input was not finite, or rounding spoiled the result.
 };
 

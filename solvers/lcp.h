@@ -14,7 +14,7 @@ struct LcpProblem {
   Eigen::Ref<const Eigen::VectorXd> q;  ///< n.
 };
 
-/// One that owns its numbers.
+/// An LCP that owns its numbers.
 struct LcpData {
   Eigen::MatrixXd M;
   Eigen::VectorXd q;
@@ -22,20 +22,20 @@ struct LcpData {
   operator LcpProblem() const { return {M, q}; }
 };
 
-/// How an LCP ended.
+/// Outcome of an LCP.
 enum class LcpStatus {
   kSolved,       ///< z solves the problem.
   kInfeasible,   ///< No solution exists, and z proves it.
   kBudgetSpent,  ///< No answer: the pivots ran out, or the input was not finite, or rounding spoiled the result; z = 0.
 };
 
-/// What one LCP solve returns by value.
+/// Result of one LCP solve.
 struct LcpReport {
   LcpStatus status = LcpStatus::kBudgetSpent;
   int pivots = 0;
 };
 
-/// What a solve works in: memory for problems of up to `capacity` rows, taken once.
+/// Memory of solves of up to `capacity` rows, allocated once.
 class LcpWorkspace {
  public:
   explicit LcpWorkspace(Eigen::Index capacity);
@@ -54,8 +54,8 @@ class LcpWorkspace {
 
 /// Solves an LCP by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].
 ///
-/// problem   Of at most work.capacity() rows. Any M; that an answer is found is known for symmetric positive
-///           semi-definite M, and for P-matrices.
+/// problem   At most work.capacity() rows. Any M; an answer is guaranteed for symmetric positive semi-definite M and
+///           for P-matrices.
 /// max_pivots  Bounds the time of one call: some families take 2^n pivots. When they are spent the status says so.
 /// z         Out, n: the solution; on kInfeasible the direction of the secondary ray, z >= 0 with M'z <= 0 (M z = 0 if
 ///           M is symmetric positive semi-definite) and q.z < 0; on kBudgetSpent zero.

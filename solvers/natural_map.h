@@ -13,7 +13,7 @@ struct Rows {
   double n, t1, t2;
 };
 
-/// Contact i's rows of a vector.
+/// Returns contact i's rows of a vector.
 template <typename Vector>
 Rows rows_of(const Eigen::MatrixBase<Vector>& v, Eigen::Index i) {
   return {v[3 * i], v[3 * i + 1], v[3 * i + 2]};
@@ -25,11 +25,11 @@ inline void set_rows(Eigen::Ref<Eigen::VectorXd>& v, Eigen::Index i, const Rows&
   v[3 * i + 2] = rows.t2;
 }
 
-/// rho_i = 3 / tr(W_ii), the force for a gap in the natural map [N/m]; zero for a contact that no force moves.
+/// Returns rho_i = 3 / tr(W_ii), the natural map's force per gap [N/m]; zero for a contact that no force moves.
 inline double rho_of_trace(double trace) { return trace > 0.0 ? 3.0 / trace : 0.0; }
 
-/// The residual's scale, if errors can be judged by it: NaN where it is infinite, or so small that the squares of
-/// errors underflow, though contacts that forces move do move freely. Zero without such contacts.
+/// Returns the residual's scale if it is usable: NaN where it is infinite, or so small that the squares of errors
+/// underflow although movable contacts have a free motion. Zero without such contacts.
 inline double judged_scale_N(double scale_N, bool moves) {
   // Squares of errors that are 1e-14 of the scale, all that a double resolves, still have all their digits.
   constexpr double kSmallest_N = 1e-140;
@@ -42,7 +42,7 @@ inline bool is_inside_cone(const Rows& f, double mu) {
   return f.n >= 0.0 && f.t1 * f.t1 + f.t2 * f.t2 <= limit * limit;
 }
 
-/// Takes a force into its cone: a pull to nothing, a tangential force that is too large back to mu f_n.
+/// Reduces a force into its cone: a pull becomes zero, a tangential force that is too large is scaled to mu f_n.
 inline Rows inside_cone(const Rows& f, double mu) {
   if (!(f.n > 0.0)) return {0.0, 0.0, 0.0};
   const double limit = mu * f.n;
@@ -52,7 +52,7 @@ inline Rows inside_cone(const Rows& f, double mu) {
   return {f.n, scale * f.t1, scale * f.t2};
 }
 
-/// Where a force goes when it is projected: to this normal force, and to this part of its tangential force.
+/// A projected force: its normal force, and the remaining fraction of its tangential force.
 struct Projection {
   double normal;
   double tangential_part;
@@ -61,16 +61,15 @@ struct Projection {
 inline Projection project(double f_n, double f_t, double mu) {
   // Without friction a pull has mu f_n = 0 as well: it is not inside.
   if (f_n >= 0.0 && f_t <= mu * f_n) return {f_n, 1.0};
-  // In the polar cone: the tip is nearest.
+  // Inside the polar cone the tip is nearest.
   if (mu * f_t <= -f_n) return {0.0, 0.0};
   // Beside the cone: the nearest point of the generator (1, mu).
   const double normal = (f_n + mu * f_t) / (1.0 + mu * mu);
   return {normal, mu * normal / f_t};
 }
 
-/// | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2], and at least the square of f_n's rounding:
-/// where no forces exist, solvers drive them up until all else is lost in their digits, and that must not pass for a
-/// solution.
+/// Computes | f - P_K(f - rho (delta + mu |delta_t| e_n)) |^2 of one contact [N^2], plus the square of f_n's rounding:
+/// where no forces exist, solvers increase them until all else is lost to rounding, which must not count as a solution.
 inline double natural_map_error_squared(double rho, double mu, const Rows& f, const Rows& delta) {
   const double x_n = f.n - rho * (delta.n + mu * std::sqrt(delta.t1 * delta.t1 + delta.t2 * delta.t2));
   const double x_1 = f.t1 - rho * delta.t1;

@@ -6,9 +6,9 @@
 
 namespace thenar {
 
-/// Turns the rows of A among each other until they are orthogonal, by one-sided Jacobi rotations [Hestenes 1958]: with
-/// U' orthogonal, U' A = S V', whose rows have the singular values as lengths. Small ones are as accurate as large
-/// ones. For checks of small problems: plain loops, which compile in no time.
+/// Rotates the rows of A until they are orthogonal, by one-sided Jacobi rotations [Hestenes 1958]: with U' orthogonal,
+/// U' A = S V', whose rows have the singular values as lengths. Small values are as accurate as large ones. For checks
+/// of small problems: plain loops, which compile in no time.
 ///
 /// Shapes    A m x n; U m x m.
 /// A         Out: S V', rows in no order; a row that depends on others is about zero.

@@ -8,13 +8,11 @@
 
 namespace thenar {
 
-/// Forces this many times the least that would give the wrench without cones count as none. They are found where W^d
-/// lies 1e-8 of itself inside the wrenches that can be had, far less than anything that a wrench is computed from is
-/// known to; what rounding leaves of a certificate is 1e-13.
+/// Forces this many times the least without cones count as no solution. They occur where W^d lies 1e-8 of its size
+/// inside the feasible wrenches, far less than the accuracy of its data; the rounding of a certificate is 1e-13.
 inline constexpr double kOutOfReach = 1e8;
 
-/// One number a contact, contacts side by side, so that one instruction works on several. Lanes without a contact are
-/// 0.
+/// One number per contact, side by side, so that one instruction works on several. Lanes without a contact are 0.
 template <int kLanes>
 using Lane = Eigen::Array<double, kLanes, 1>;
 
@@ -22,8 +20,8 @@ using Lane = Eigen::Array<double, kLanes, 1>;
 template <int kLanes>
 using LaneForces = Eigen::Array<double, kLanes, 3>;
 
-/// The friction cones of contacts side by side, and what a projection on them divides by. Lanes without a contact have
-/// any cone: no force comes there.
+/// The friction cones of contacts side by side, with the divisors of projections. Lanes without a contact have any
+/// cone, as they bear no force.
 template <int kLanes>
 struct Cones {
   Lane<kLanes> mu;
@@ -36,7 +34,7 @@ struct Cones {
 };
 
 /// A grasp problem in contact axes, the rows of its grasp map made orthonormal: with R R' = G G' the equations
-/// G f = W^d are Q f = w, Q = R^-1 G and w = R^-1 W^d. What remains to find is
+/// G f = W^d are Q f = w, Q = R^-1 G and w = R^-1 W^d. The remaining problem is
 ///     min 1/2 |f - bias|^2,  Q f = w,  f_i in K_i.
 /// Where the contacts cannot give some torque (two contacts, collinear ones), the last rows of Q are zero, and w too.
 /// |w| is the size of the least forces that give the wrench without cones.
@@ -49,13 +47,13 @@ struct ReducedGrasp {
   Cones<kLanes> cones;
   Eigen::Index contacts = 0;
 
-  // The way back. About the centroid R^-1 = [1/sqrt(n) I, 0; C, B].
+  // The inverse map. About the centroid R^-1 = [1/sqrt(n) I, 0; C, B].
   std::array<LaneForces<kLanes>, 3> axes;  ///< World x, y, z of every contact's n, t1, t2.
   Eigen::Vector3d centroid_m;              ///< From the problem's centre.
   Eigen::Matrix3d B, C;
 };
 
-/// What a reduction found.
+/// Outcome of a reduction.
 enum class Reduction {
   kDone,
   kUnreachable,  ///< The wrench has a torque that no forces at the contacts give; `twist` is the axis.
@@ -67,19 +65,19 @@ enum class Reduction {
 /// Gram-Schmidt on the rows do, and a line's own axis is left out.
 ///
 /// Requires  contact frames orthonormal to rounding.
-/// twist     Out: for kUnreachable a motion that no contact resists, and that W^d does work on; see infeasibility_gap.
+/// twist     Out: for kUnreachable a motion that no contact resists and on which W^d does work; see infeasibility_gap.
 /// Accuracy  Q Q' = I to 1e-12. Q itself is that of contact points moved by rounding: errors in forces are 1e-16 over
 ///           the distance of the contacts from a line as a share of those between them. Below 1e-10 they are on a line.
-/// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. What it returns
-///           for not finite problems is kNotFinite, or kDone with NaN in w, Q or the bias; for frictions kNotFinite.
+/// Cost      100 multiply-adds for four contacts; near a line some 3000. Does not allocate or throw. Problems that are
+///           not finite return kNotFinite, or kDone with NaN in w, Q or the bias; frictions kNotFinite.
 template <int kLanes>
 [[nodiscard]] Reduction reduce(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp, Vector6d& twist) noexcept;
 
-/// The motion l = R^-T `multiplier` about the problem's centre, world axes: G'l = Q' multiplier.
+/// Returns the motion l = R^-T `multiplier` about the problem's centre, world axes: G'l = Q' multiplier.
 template <int kLanes>
 [[nodiscard]] Vector6d twist_of(const ReducedGrasp<kLanes>& grasp, const std::array<double, 6>& multiplier) noexcept;
 
-/// Q' multiplier
+/// Returns Q' multiplier.
 template <int kLanes>
 [[nodiscard]] LaneForces<kLanes> combine(const ReducedGrasp<kLanes>& grasp, const std::array<double, 6>& multiplier) {
   LaneForces<kLanes> f = multiplier[0] * grasp.Q[0];
@@ -87,7 +85,7 @@ template <int kLanes>
   return f;
 }
 
-/// Q f
+/// Returns Q f.
 template <int kLanes>
 [[nodiscard]] std::array<double, 6> reduced_wrench(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f) {
   std::array<double, 6> w;
@@ -95,7 +93,7 @@ template <int kLanes>
   return w;
 }
 
-/// The nearest forces inside the pyramids |f_t1|, |f_t2| <= mu f_n.
+/// Returns the nearest forces inside the pyramids |f_t1|, |f_t2| <= mu f_n.
 ///
 /// With the normal force x the tangential ones are cut to mu x, and x is where x - n = mu sum (|t| - mu x)_+. As a
 /// function of x the difference of both sides is the least of four rising lines (either |t| cut or not): its zero is
@@ -116,7 +114,7 @@ template <int kLanes>
   return nearest;
 }
 
-/// The nearest forces inside the cones |f_t| <= mu f_n.
+/// Returns the nearest forces inside the cones |f_t| <= mu f_n.
 template <int kLanes>
 [[nodiscard]] LaneForces<kLanes> nearest_in_cones(const Cones<kLanes>& cones, const LaneForces<kLanes>& f) {
   const Lane<kLanes>& mu = cones.mu;
@@ -130,7 +128,7 @@ template <int kLanes>
   return nearest;
 }
 
-/// Forces in world axes, three a contact.
+/// Writes the forces in world axes, three per contact.
 template <int kLanes>
 void to_world(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f, Eigen::Ref<Eigen::VectorXd> f_W) {
   for (int k = 0; k < 3; ++k) {

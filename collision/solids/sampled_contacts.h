@@ -8,13 +8,14 @@
 
 namespace thenar {
 
-/// Most contacts with a body: of edges and corners, and of each facet's round places; the body's own features add.
+/// Largest numbers of contacts with a body: of edges and corners, and of each facet's round places; the body's own
+/// features add to them.
 inline constexpr std::size_t kMostSharp = 32, kMostRound = 24;
 
-/// As find_contacts, of a solid A that samples stand for. Where it is round it touches at the places of least gap of
-/// the bent surfaces around its samples, the mean of those that share a place; with its edges and corners, of which so
-/// many count as are farthest from one another, and the deepest; and everywhere with the corners, edges and circles of
-/// B, over the surface that the samples make.
+/// Finds contacts as find_contacts does, for a sampled solid A. Where it is curved it touches at the points of least
+/// gap of the curved surfaces around its samples, averaged where they share a place; with its edges and corners, up to
+/// kMostSharp that are farthest from one another, and the deepest; and everywhere with the corners, edges and circles
+/// of B, over the surface of the samples.
 void find_sampled_contacts(const SampledSolid& a, const SolidPair& pair, const Eigen::Isometry3d& X_BA, double band_m,
                            std::vector<SolidContact>& contacts);
 

@@ -8,29 +8,29 @@
 
 namespace thenar {
 
-/// A sample of a surface, and how the surface bends around it: as far over the plane across n as
+/// A sample of a surface with the curvature around it. The height over the plane across n is
 ///     w(u) = -(k_1 u_1^2 + k_2 u_2^2) / 2,   u along t_1 and t_2 = n x t_1.
 struct BentSample {
   Eigen::Vector3d p_m, n, t1;
-  double k1_per_m = 0.0, k2_per_m = 0.0;  ///< Principal curvatures, the larger one first; > 0: the solid is round.
+  double k1_per_m = 0.0, k2_per_m = 0.0;  ///< Principal curvatures, the larger first; > 0: convex.
 
   [[nodiscard]] Eigen::Vector3d t2() const { return n.cross(t1); }
 };
 
-/// Where faces of a solid meet: a corner, or a place on an edge.
+/// A point where faces of a solid meet: a corner, or a point on an edge.
 struct SharpPoint {
   Eigen::Vector3d p_m;
-  Eigen::Vector3d along = Eigen::Vector3d::Zero();  ///< The edge's direction; of a corner zero.
-  bool is_straight = false;  ///< Between two others on a straight edge: nothing flat meets it before them.
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();  ///< The edge's direction; zero for a corner.
+  bool is_straight = false;  ///< True between two others on a straight edge: planes meet these first.
 };
 
-/// Points under balls that hold sixteen of them each, for the points near something.
+/// Points grouped in bounding balls of sixteen each, for searches by distance.
 class PointBalls {
  public:
-  /// Requires an order in which neighbours are behind one another.
+  /// Requires an order in which neighbours are consecutive.
   explicit PointBalls(const std::vector<Eigen::Vector3d>& points_m);
 
-  /// Calls visit(i) for every point i that may be near: where near(middle, radius) is true of the balls around it.
+  /// Calls visit(i) for every point i whose balls all satisfy near(middle, radius).
   template <typename Near, typename Visit>
   void for_each(const Near& near, const Visit& visit) const {
     for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -53,8 +53,8 @@ class PointBalls {
   std::size_t points_ = 0;
 };
 
-/// A solid whose surface is known by samples, made ready to touch exact ones. Around a sample the surface is bent as
-/// its neighbours say; where samples' planes meet there are edges and corners, which no sample lies on.
+/// A solid whose surface is given by samples, prepared for contacts with exact ones. Curvatures come from neighbouring
+/// samples; edges and corners, which have no samples, are where samples' planes meet.
 class SampledSolid {
  public:
   /// Requires samples that make a surface (ImplicitSurface), with normals.
@@ -64,17 +64,17 @@ class SampledSolid {
   [[nodiscard]] const std::vector<BentSample>& flat() const { return flat_; }  ///< The others.
   [[nodiscard]] const std::vector<SharpPoint>& sharp() const {
     return sharp_;
-  }  ///< Those that are straight last; each far from those before it.
+  }  ///< Points on straight edges last; each far from those before it.
   [[nodiscard]] const PointBalls& bent_balls() const { return bent_balls_; }
   [[nodiscard]] const PointBalls& flat_balls() const { return flat_balls_; }
   [[nodiscard]] const ImplicitSurface& surface() const { return surface_; }
   [[nodiscard]] double spacing_m() const { return spacing_m_; }
-  [[nodiscard]] double reach_m() const { return reach_m_; }  ///< Of the smallest ball about the origin around it.
-  /// A curvature below this bends the whole solid by less than 10 nm.
+  [[nodiscard]] double reach_m() const { return reach_m_; }  ///< Radius of the least ball about the origin around it.
+  /// Returns the curvature below which the whole solid deviates from a plane by less than 10 nm.
   [[nodiscard]] double flat_per_m() const { return flat_per_m_; }
   [[nodiscard]] double most_bent_per_m() const { return most_bent_per_m_; }  ///< The largest curvature, not below 0.
-  /// By how much the surface may be off where it touches with a round place, as its neighbours say of its samples; and
-  /// with an edge that is round, a polygon here.
+  /// Return the surface's possible error at contacts of curved places, estimated from neighbouring samples, and of
+  /// curved edges, which are polygons here.
   [[nodiscard]] double round_error_m() const { return round_error_m_; }
   [[nodiscard]] double edge_error_m() const { return edge_error_m_; }
 

@@ -13,27 +13,27 @@ namespace thenar {
 
 class SampledSolid;
 
-/// What touches a body: an exact solid, or one whose surface samples stand for.
+/// A solid that touches a body: exact, or sampled.
 using TouchingSolid = std::variant<Solid, std::shared_ptr<const SampledSolid>>;
 
-/// The radius of the smallest ball about the origin that has the solid in it; infinite for half spaces and holes.
+/// Returns the radius of the smallest ball about the origin around the solid; infinite for half spaces and holes.
 [[nodiscard]] double reach_m(const TouchingSolid& solid);
 
-/// Where two solids A and B touch, or nearly. In B's frame.
+/// A contact, or near contact, of two solids A and B, in B's frame.
 struct SolidContact {
-  std::int32_t place = 0;  ///< Which feature of one and facet of the other; the same as long as they meet.
-  /// Of several contacts at one place, the nearest is the same, if it has gone no farther than this.
+  std::int32_t place = 0;  ///< Identifies the feature of one and the facet of the other, as long as they meet.
+  /// Of several contacts at one place, the nearest one counts as the same if it has moved no farther than this.
   double same_m = std::numeric_limits<double>::infinity();
-  double gap_m = 0.0;   ///< Negative: they overlap.
-  Eigen::Vector3d p_m;  ///< The feature's point, or that on its round: its motion along n is the gap's.
-  Eigen::Vector3d n;    ///< Out of B, into A.
-  bool roams = false;   ///< It is at the place of least gap, and goes elsewhere as the solids move.
-  // Of one that roams: by how much its gap's slope changes on a way of its feature, at most, infinite where that is not
-  // known; and how far from p the feature is, the middle of a round.
+  double gap_m = 0.0;   ///< Gap; negative: they overlap.
+  Eigen::Vector3d p_m;  ///< The feature's point, or the point on its rounding: its motion along n changes the gap.
+  Eigen::Vector3d n;    ///< Normal out of B, into A.
+  bool roams = false;   ///< True if it is at the point of least gap, which shifts as the solids move.
+  // For one that roams: largest change of its gap's slope per displacement of its feature, infinite if not known; and
+  // the distance from p to the feature, the middle of a rounding.
   double bend_per_m = 0.0, round_m = 0.0;
 };
 
-/// Two solids made ready to look for contacts.
+/// Two solids prepared for the search for contacts.
 struct SolidPair {
   SolidPair(const TouchingSolid& one, const Solid& other);
 

@@ -6,9 +6,9 @@
 
 namespace thenar {
 
-/// A place on a surface, seen from a point x, with the surface's second-order form there.
+/// The foot of a point x on a surface, with the surface's second-order form there.
 struct SurfaceForm {
-  double distance_m = 0.0;                            ///< Of x from the place: > 0 outside, < 0 inside.
+  double distance_m = 0.0;                            ///< Distance of x from the foot: > 0 outside, < 0 inside.
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  ///< The foot: x = point + distance normal.
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< Outward, unit.
   Eigen::Vector3d t1 = Eigen::Vector3d::UnitX();      ///< First principal direction; the second is normal x t1.
@@ -16,12 +16,11 @@ struct SurfaceForm {
   double k1_per_m = 0.0, k2_per_m = 0.0;
 };
 
-/// Edges have this curvature across them, and the creases of superquadrics with exponents above 1, whose own is
-/// infinite.
+/// The curvature that stands for an infinite one: across edges, and creases of superquadrics with exponents above 1.
 inline constexpr double kSharpest_per_m = 1e5;
 
-/// How far x is over the paraboloid that a surface is like around a place: off by the third power of the way from there
-/// along it, of circles by the fourth.
+/// Returns the height of x over the paraboloid that approximates a surface around a point, with an error of third order
+/// in the distance from there; on circles of fourth.
 [[nodiscard]] inline double height_over(const SurfaceForm& form, const Eigen::Vector3d& x_m) {
   const Eigen::Vector3d way = x_m - form.point_m;
   const double along = way.dot(form.t1), across = way.dot(form.normal.cross(form.t1));

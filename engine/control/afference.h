@@ -10,34 +10,34 @@
 
 namespace thenar {
 
-/// What is known of a time: the state, and what the fingers were to do then.
+/// Knowledge of one time: the state, and the desired forces of the fingers then.
 struct Sensed {
   Snapshot snapshot;
-  FingerForces desired_N;  ///< f^d of that time's control tick.
+  FingerForces desired_N;  ///< f^d of the control tick of that time.
 };
 
-/// The last snapshots, for what is known late. It takes its memory when it is made.
+/// The last snapshots, for delayed knowledge. Memory is allocated in the constructor.
 class Afference {
  public:
-  /// For the longest delay that the scene's control names; without one, and without touch, it is not needed.
+  /// Makes room for the longest delay of the scene's control; without delay and touch it is not needed.
   explicit Afference(const Model& model);
-  /// Goes on as another of a model that differs in its steps or fingertips.
+  /// Continues another one, of a model that differs in its steps or fingertips.
   Afference(const Model& model, const Model& old, const Afference& before);
 
   [[nodiscard]] bool is_needed() const { return !past_.empty(); }
-  /// The next one; in place of the last if it is of the same tick.
+  /// Adds the next snapshot; replaces the last one if it is of the same tick.
   void add(const Snapshot& snapshot, const Eigen::VectorXd& desired_N);
-  /// What the fingers are to do, once that is found.
+  /// Sets the newest f^d, once it is found.
   void set_desired(const Eigen::VectorXd& desired_N);
-  /// The newest that is no newer than `tick`, or where there is none, the oldest.
+  /// Returns the newest that is no newer than `tick`, or the oldest if there is none.
   [[nodiscard]] const Sensed& at(std::int64_t tick) const;
 
  private:
-  std::vector<Sensed> past_;  ///< A ring.
-  std::size_t count_ = 0;     ///< Of all that were added.
+  std::vector<Sensed> past_;  ///< A ring buffer.
+  std::size_t count_ = 0;     ///< Number of snapshots added.
 };
 
-/// So many ticks make up a delay.
+/// Returns the number of ticks of a delay.
 [[nodiscard]] std::int64_t ticks_of(const Model& model, double delay_s);
 
 }  // namespace thenar

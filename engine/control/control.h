@@ -13,7 +13,7 @@
 
 namespace thenar {
 
-/// One force a finger on the object, world axes: a column a finger [N].
+/// Forces of the fingers on the object, world axes: a column per finger [N].
 using FingerForces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxFingers>;
 
 /// The desired dynamic wrench D^d: one PID on the position and one on the rotation.
@@ -21,13 +21,13 @@ class PosePid {
  public:
   PosePid(const PidGains& position, const PidGains& rotation) : position_(position), rotation_(rotation) {}
 
-  /// The wrench for this error, `period_s` after the last one. Only a share of the error acts; without any the
-  /// integrals wait.
+  /// Returns the wrench for this error, `period_s` after the last one. Only a `share` of the error acts; at 0 the
+  /// integrals are constant.
   Vector6d update(const Vector6d& error, double period_s, double share = 1.0);
 
-  /// What the integrals hold by themselves.
+  /// Returns the wrench of the integrals alone.
   [[nodiscard]] Vector6d held() const;
-  /// Begins again, with these gains.
+  /// Restarts with these gains.
   void restart(const PidGains& position, const PidGains& rotation) { *this = PosePid(position, rotation); }
 
  private:
@@ -37,73 +37,74 @@ class PosePid {
   bool started_ = false;
 };
 
-/// Where finger k acts on the object: its pressure centre and the mean normal there; without load the point of its pulp
-/// along the object's nearest inward normal. Columns of the frame: n, t1, t2, tangents as in
+/// Returns the contact of finger k with the object: its pressure centre and the mean normal there; without load the
+/// point of its pulp along the object's nearest inward normal. Columns of the frame: n, t1, t2, tangents as in
 /// find_frame_contacts.
 [[nodiscard]] GraspContact finger_contact(const Model& model, const HandPose& pose, const Snapshot& snapshot,
                                           int finger);
 
-/// How far the pulp of finger k is from the object, less than 0 inside; 0 under load.
+/// Returns the distance of finger k's pulp from the object, negative inside; 0 under load.
 [[nodiscard]] double finger_gap_m(const Model& model, const HandPose& pose, const Snapshot& snapshot, int finger);
 
-/// J J' as eq. (22) inverts it: as it is, but near a singular posture, where J^+ would ask for joint speeds without
-/// bounds, with damping that begins there from nothing [Nakamura & Hanafusa 1986]. Fingers of one or two joints are
-/// singular in all postures.
+/// Returns J J' for the inverse in eq. (22): unchanged, except near a singular posture, where J^+ would demand
+/// unbounded joint speeds, with damping that increases from zero there [Nakamura & Hanafusa 1986]. Fingers of one or
+/// two joints are singular in all postures.
 [[nodiscard]] Eigen::Matrix3d damped(Eigen::Matrix3d JJ);
 
-/// The filter of eq. (21), one lag a direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; likewise
-/// tangential.
+/// The filter of eq. (21), one lag per direction: K_n y_n + nu_n dy_n/dt = e_n, discretised implicitly; tangential ones
+/// alike.
 class ForceFilter {
  public:
   explicit ForceFilter(const Model& model);
 
-  /// y [m, world axes] for the force errors of the period, per finger.
+  /// Returns y [m, world axes] for the force errors of the period, per finger.
   FingerForces update(const PerFinger<GraspContact>& contacts, const FingerForces& error, double period_s);
 
  private:
   Eigen::Vector3d stiffness_;       ///< K_n, K_t, K_t [N/m].
-  PerFinger<double> relaxation_s_;  ///< nu = relaxation * K; 0 of a rigid fingertip.
+  PerFinger<double> relaxation_s_;  ///< nu = relaxation * K; 0 for a rigid fingertip.
   FingerForces y_C_;                ///< Contact axes [m].
 };
 
-/// How late what is asked for acts, on what is known late: delays of frames and of knowledge, and muscles that relax.
+/// Returns the delay from the state to the effect of commands based on it: of frames, of feedback, and of muscle
+/// relaxation.
 [[nodiscard]] double lag_s(const Scene& scene);
 
-/// K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and not more than 0.6 times the
-/// bound 2 b / (control period + delays) of late frames and late knowledge.
+/// Returns K of eq. (22): the scene's, or 0.3 times the stability bound 2 b / (control period), and at most 0.6 times
+/// the bound 2 b / (control period + delays) of delayed frames and feedback.
 [[nodiscard]] double force_gain(const Scene& scene, int finger);
 
-/// What keeps a finger's posture where its fingertip leaves its `joints` free: K Z Z'(q_0 - q), Z the unit directions
-/// with J Z = 0, one for each joint more than three, for an `error` q_0 - q and a `stiffness` K [N m/rad]. It does no
-/// work on any motion of the fingertip and carries none of its force, for Z'J' = 0, and moves it not, for all joints
-/// have one viscosity. Zero where J is singular: then there are more such directions.
+/// Computes the torques that keep a finger's posture in the null space of its fingertip: K Z Z'(q_0 - q), Z the unit
+/// directions with J Z = 0, one for each of its `joints` more than three, for an `error` q_0 - q and a `stiffness` K [N
+/// m/rad]. They do no work on any motion of the fingertip and carry none of its force, for Z'J' = 0, and do not move
+/// it, for all joints have one viscosity. Zero where J is singular, as there are more such directions.
 [[nodiscard]] FingerVector posture_torques(const FingerJacobian& J, int joints, double stiffness,
                                            const FingerVector& error);
 
-/// The desired joint torques at joint angles q: eq. (22), K J^+ y; with the feed-forward law J' f^d + g besides; and
-/// what keeps the start posture, if the scene wants that.
+/// Computes the desired joint torques at joint angles q: eq. (22), K J^+ y; with the feed-forward law plus J' f^d + g;
+/// plus posture_torques() for the start posture if the scene has them.
 [[nodiscard]] JointVector desired_torques(const Model& model, const JointVector& q, const HandPose& pose,
                                           const Eigen::Vector3d& gravity, const PerFinger<GraspContact>& contacts,
                                           const FingerForces& f_desired, const FingerForces& y);
 
-/// How the joints move where the fingers go with an object whose origin is at `centre_m` and that moves by this motion
-/// (of its origin, then its rotation; world axes): J^+ v. Of velocities likewise.
+/// Computes the joint motion of fingers that move with an object with origin at `centre_m` by this motion (of its
+/// origin, then its rotation; world axes): J^+ v. Applies to velocities, too.
 [[nodiscard]] JointVector joints_with_object(const Hand& hand, const HandPose& pose,
                                              const PerFinger<GraspContact>& contacts, const Eigen::Vector3d& centre_m,
                                              const Vector6d& motion);
 
-/// What the joints' viscosity takes where the fingers move with an object whose origin is at `centre_m` and that moves
-/// with this velocity (of its origin, then angular; world axes): b J^+ v.
+/// Computes the viscous joint torques of fingers that move with an object with origin at `centre_m` at this velocity
+/// (of its origin, then angular; world axes): b J^+ v.
 [[nodiscard]] JointVector viscous_torques(const Model& model, const HandPose& pose,
                                           const PerFinger<GraspContact>& contacts, const Eigen::Vector3d& centre_m,
                                           const Vector6d& velocity);
 
-/// How the joints of finger k move where its contact has this velocity, world axes: J^+ v.
+/// Computes the joint rates of finger k by its contact's velocity, world axes: J^+ v.
 [[nodiscard]] FingerVector joints_with_point(const Hand& hand, const HandPose& pose,
                                              const PerFinger<GraspContact>& contacts, int k,
                                              const Eigen::Vector3d& velocity);
 
-/// The steady force error that eq. (22) leaves without feed-forward, as a share of f^d, mean over the fingers:
+/// Predicts the steady force error of eq. (22) without feed-forward, relative to f^d, mean over the fingers:
 ///     error = (I + S)^-1 S f^d,   S = E diag(K_n, K_t, K_t) E' J J' / K.
 [[nodiscard]] double predicted_paper_law_error(const Model& model, const HandPose& pose,
                                                const PerFinger<GraspContact>& contacts, const FingerForces& f_desired);

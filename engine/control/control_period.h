@@ -10,46 +10,47 @@
 
 namespace thenar {
 
-/// One control period: what its laws see, and what they have found. What a period is asked for is found then, once.
+/// One control period: the inputs and results of its laws. Each result is computed on demand, once.
 class ControlPeriod {
  public:
-  /// `seen` is what is known, `now_tick` when the period begins; with control.feedback_delay they are not of one time.
+  /// Begins a period at `now_tick` with the known state `seen`, which is older with control.feedback_delay.
   ControlPeriod(const Model& m, const Snapshot& seen, std::int64_t now_tick, Controller& of, ControlReport& result)
       : model(m), snapshot(seen), now(now_tick), controller(of), report(result) {}
   ControlPeriod(const ControlPeriod&) = delete;
   ControlPeriod& operator=(const ControlPeriod&) = delete;
 
   const Model& model;
-  const Snapshot& snapshot;  ///< What is known of the state: joints, object, what the fingers do to it.
-  const std::int64_t now;    ///< Its tick, but for what is known late.
-  Controller& controller;    ///< With the hand's pose at the snapshot, and the period's length.
-  ControlReport& report;     ///< Has all that was found.
-  bool published_wrench_given = false, published_torques_given = false;  ///< These go on from period to period.
+  const Snapshot& snapshot;  ///< The known state: joints, object, contact forces.
+  const std::int64_t now;    ///< Tick at which the period begins.
+  Controller& controller;    ///< Has the hand's pose at the snapshot, and the period's length.
+  ControlReport& report;     ///< Receives all results.
+  bool published_wrench_given = false, published_torques_given = false;  ///< True once computed in this period.
 
-  /// Of the snapshot.
+  /// Returns the time of the snapshot.
   [[nodiscard]] double time_s() const;
-  /// When the period begins.
+  /// Returns the time at which the period begins.
   [[nodiscard]] double now_s() const;
-  /// Gravity as it is now, of which a controller that anticipates knows all; others know the scene's.
+  /// Returns the gravity known to the controller: the present one if it anticipates, else the scene's.
   [[nodiscard]] Eigen::Vector3d known_gravity() const;
-  /// When a scene's table is looked at: at the end of the first tick that this period drives, as signals.csv has it.
+  /// Returns the time at which a scene's table is evaluated: the end of the first tick that this period drives, as in
+  /// signals.csv.
   [[nodiscard]] double table_time_s() const;
-  /// Where the object should be at the snapshot.
+  /// Returns the object's target pose at the snapshot.
   [[nodiscard]] Eigen::Isometry3d target() const;
-  /// Of the object against its target: see pose_error().
+  /// Returns the error of the object's pose: see pose_error().
   [[nodiscard]] Vector6d error() const;
 
-  /// Where the fingers act on the object.
+  /// Returns the contacts of the fingers with the object.
   const PerFinger<GraspContact>& contacts();
-  /// J_k: the velocity of the point of finger k that contacts() has, for its joints' speeds; world axes.
+  /// Returns J_k: the velocity of finger k's point in contacts() by its joints' speeds; world axes.
   [[nodiscard]] FingerJacobian jacobian(int finger);
-  /// H of tau = H f_m, joints x muscles [m].
+  /// Returns H of tau = H f_m, joints x muscles [m].
   const Eigen::MatrixXd& moment_arms();
   const Vector6d& wrench();
   const FingerForces& forces();
   const JointVector& torques();
   [[nodiscard]] bool has_torques() const { return has_torques_; }
-  /// Of a scene with muscles.
+  /// Returns the muscle forces f_m; requires a scene with muscles.
   const Eigen::VectorXd& muscle_forces();
 
  private:
@@ -58,15 +59,15 @@ class ControlPeriod {
   bool finding_wrench_ = false, finding_forces_ = false, finding_torques_ = false, finding_muscles_ = false;
 };
 
-// The published laws. They keep what they need to know from period to period in the Controller: each at most once a
-// period. All but the last are for scenes with `control`. Otherwise std::logic_error.
-/// The PID on the object's pose, and its weight.
+// The published laws. Their memory between periods is in the Controller, so each is called at most once a period. All
+// but the last require a scene with `control`. Otherwise std::logic_error.
+/// Computes the wrench by the PID on the object's pose, plus its weight.
 [[nodiscard]] Vector6d published_wrench(ControlPeriod& period);
-/// Within the friction cones, for the period's wrench(). Nothing if there are none.
+/// Computes forces within the friction cones for the period's wrench(); nothing if there are none.
 [[nodiscard]] std::optional<FingerForces> published_forces(ControlPeriod& period);
-/// The force control on the period's forces().
+/// Computes the torques by force control on the period's forces().
 [[nodiscard]] JointVector published_torques(ControlPeriod& period);
-/// The least muscle forces for the period's torques(). Of scenes with muscles: std::logic_error.
+/// Computes the least muscle forces for the period's torques(). Throws std::logic_error without muscles.
 const Eigen::VectorXd& published_muscle_forces(ControlPeriod& period);
 
 }  // namespace thenar

@@ -7,10 +7,10 @@
 
 namespace thenar {
 
-/// One control period on a snapshot: pose error -> PID -> desired wrench -> grasp forces -> joint torques -> muscle
-/// forces, as published but for what `controller.own` says; contact finding; and the frame that the contact tick will
-/// use: contacts, factors and drive at the snapshot. A force problem without a solution is a status: the last forces go
-/// on.
+/// Runs one control period on a snapshot: pose error -> PID -> desired wrench -> grasp forces -> joint torques ->
+/// muscle forces, as published except for functions in `controller.own`; contact finding; and the frame for the contact
+/// tick: contacts, factors and drive at the snapshot. A force problem without a solution is a status: the last forces
+/// are kept.
 ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, Controller& controller, Frame& frame);
 
 }  // namespace thenar

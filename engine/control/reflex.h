@@ -11,53 +11,55 @@
 
 namespace thenar {
 
-/// What made the grip rise.
+/// The cause of an increase of the grip force.
 enum class ReflexEvent {
   kNone,
-  kLoad,  ///< A tangential load changed faster than was expected.
+  kLoad,  ///< A tangential load changed faster than expected.
   kSlip,  ///< Hardly any of a patch stuck.
 };
 
-/// What the reflex does in a control period.
+/// The action of the reflex in a control period.
 struct ReflexReport {
-  ReflexEvent event = ReflexEvent::kNone;  ///< That began now.
-  int finger = -1;                         ///< Which felt it most.
-  double rate_N_per_s = 0.0;               ///< Of a load: how fast it changed.
-  PerFinger<ContactGrip> grips;            ///< What grasp forces are found with; of no finger without touch.
-  PerFinger<double> friction;              ///< As felt last, or expected.
+  ReflexEvent event = ReflexEvent::kNone;  ///< Event that began now.
+  int finger = -1;                         ///< Finger with the strongest signal.
+  double rate_N_per_s = 0.0;               ///< Rate of change of a load.
+  PerFinger<ContactGrip> grips;            ///< Grips for the grasp forces; empty without touch.
+  PerFinger<double> friction;              ///< Friction as last sensed, or expected.
 };
 
-/// The answer of the grip to what fingertips feel, fingertips.touch.delay after they do.
+/// The grip reflex to tactile signals, fingertips.touch.delay after them.
 ///
-/// Friction. The last that a finger has felt where its rim slipped; with friction: felt its cone has mu / (1 + m).
-/// Pulse. A tangential load T that changes faster than the load rate against what the controller asked for (both less
-/// their mean of the last kMemory_s), or a patch of which hardly anything sticks, raises the finger's squeeze by what
-/// will be needed when the answer acts, over the pulse's duration as a half sine of rates; then it goes back
+/// Friction. The last value that a finger has sensed where its rim slipped; with friction: felt its cone has mu / (1 +
+/// m). Pulse. A tangential load T that changes faster than the load rate relative to the commanded one (both less their
+/// mean of the last kMemory_s), or a patch that hardly sticks, raises the finger's grip force by the amount needed when
+/// the reflex acts, over the pulse's duration as a half sine of rates; then it decays
 /// [Cole & Abbs 1988; Johansson & Westling 1984].
-/// Regulation. Slowly the squeeze follows s* - stick, so that partial slip has one upper bound [Schiltz et al. 2022].
+/// Regulation. The grip force slowly follows s* - stick, so that partial slip has one upper bound [Schiltz et al.
+/// 2022].
 ///
-/// In a hold, and until its end has faded, nothing is answered: what is felt then is the hold's doing.
+/// In a hold, and until its end has faded, the reflex is off: signals are then caused by the hold.
 class Reflex {
  public:
-  static constexpr double kBuiltUp_s = 0.3;  ///< Before, loads are those of the grip that closes.
+  static constexpr double kBuiltUp_s = 0.3;  ///< Before this time loads are those of the closing grip.
 
   explicit Reflex(const Model& model);
 
-  /// One control period at `now`, `period_s` after the last, of what is felt; `asked_N` are the grasp forces so far.
+  /// Runs one control period at `now`, `period_s` after the last, on the sensed state; `asked_N` are the last commanded
+  /// grasp forces.
   ReflexReport update(const Model& model, const Sensed& felt, const Snapshot& now, const Eigen::VectorXd& asked_N,
                       double period_s);
 
  private:
-  /// Of one finger.
+  /// State of one finger.
   struct Finger {
     double friction = 0.0;
-    Eigen::Vector3d mean_N = Eigen::Vector3d::Zero();  ///< Of the load that was not expected.
+    Eigen::Vector3d mean_N = Eigen::Vector3d::Zero();  ///< Mean of the unexpected load.
     bool is_loaded = false;
-    double pulse_N = 0.0;  ///< How far the running pulse raises the squeeze.
+    double pulse_N = 0.0;  ///< Rise of the grip force by the running pulse.
     double caught_N = 0.0, regulated_N = 0.0;
   };
   static void feel_friction(const Touch& touch, double period_s, Finger& finger);
-  /// What a finger feels that was not expected, and the squeeze that answers it.
+  /// An unexpected signal of a finger, and the grip force in response.
   struct Surprise {
     ReflexEvent event = ReflexEvent::kNone;
     double severity = 0.0;
@@ -69,8 +71,8 @@ class Reflex {
 
   double margin_ = 0.0, delay_s_ = 0.0;
   PerFinger<Finger> fingers_;
-  double severity_ = 0.0;      ///< Of what the running pulse answers,
-  bool answers_slip_ = false;  ///< and whether that is a slip.
+  double severity_ = 0.0;      ///< Severity of the cause of the running pulse.
+  bool answers_slip_ = false;  ///< True if that is a slip.
   double pulse_from_s_ = -std::numeric_limits<double>::infinity();
   double quiet_until_s_ = kBuiltUp_s;
 };

@@ -11,65 +11,65 @@
 
 namespace thenar {
 
-/// Why a phase has failed; engine/results/task_results.h has the words.
+/// The reason why a phase has failed; engine/results/task_results.h has its text.
 enum class PhaseFault {
   kNone,
   kTouchesEarly,  ///< A finger touched the object before the fingers were to close.
   kNotThere,      ///< A finger has not come to the object.
-  kNotPressing,   ///< A finger's force is not as it is asked for.
-  kNotLoaded,     ///< The fingers do not bear the weight: it is held, or too heavy.
-  kNotFree,       ///< They bear more or less than the weight where they were to hold the object by themselves.
-  kJammed,        ///< More than Phase::most_N resists the arm's way.
-  kNothingUnder,  ///< Nothing has borne enough of the object on the arm's way down.
-  kNotUnloaded,   ///< The fingers still bear weight though it is left to what is under the object.
+  kNotPressing,   ///< A finger's force is not as commanded.
+  kNotLoaded,     ///< The fingers do not bear the weight: the object is held, or too heavy.
+  kNotFree,       ///< They bear more or less than the weight where they should hold the object alone.
+  kJammed,        ///< More than Phase::most_N resists the arm's motion.
+  kNothingUnder,  ///< Nothing has borne enough of the object while the arm moved down.
+  kNotUnloaded,   ///< The fingers still bear weight that the support should bear.
   kNotOpen,       ///< A finger still touches the object.
-  kArmLate,       ///< The arm has not come to its end.
+  kArmLate,       ///< The arm has not reached its target.
 };
 
-/// What the laws are to do in a control period of a task in phases, and how far the task is.
+/// The commands for a control period of a task in phases, and the task's progress.
 struct TaskReport {
-  int phase = -1;        ///< Of Scene::task.phases; as many as there are: all are done; -1: the task has none.
-  double since_s = 0.0;  ///< When it began.
+  int phase = -1;        ///< Index into Scene::task.phases; their number: all are done; -1: the task has none.
+  double since_s = 0.0;  ///< Time at which it began.
 
-  bool holds = true;       ///< The fingers are to carry the object: what slips is lost.
-  bool grasps = true;      ///< Grasp forces act. Else each finger goes by itself, or touches and waits.
-  bool poses = true;       ///< The object's pose is controlled.
-  bool integrates = true;  ///< With integrals: not against what else bears the object.
+  bool holds = true;       ///< True if the fingers carry the object: if it slips it is lost.
+  bool grasps = true;      ///< True if grasp forces act. Else each finger moves alone, or touches and waits.
+  bool poses = true;       ///< True if the object's pose is controlled.
+  bool integrates = true;  ///< True with integrals: not while other bodies support the object.
 
-  double speed_m_per_s = 0.0;        ///< Of fingers that go by themselves, along the object's inward normals.
+  double speed_m_per_s = 0.0;        ///< Speed of fingers that move alone, along the object's inward normals.
   PerFinger<bool> has_touched = {};  ///< Fingers that wait for the others.
-  double touch_N = 0.0;              ///< What these press with.
+  double touch_N = 0.0;              ///< Force of these.
 
-  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object is held; nothing: where the scene has it.
-  double weight_share = 1.0;              ///< So much of the weight is for the fingers.
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Target of the object; nothing: the scene's.
+  double weight_share = 1.0;              ///< Share of the weight borne by the fingers.
   double squeeze_N = 0.0;                 ///< The internal force.
 
   PhaseFault fault = PhaseFault::kNone;
-  int finger = -1;        ///< Whose fault it is, if it is a finger's.
+  int finger = -1;        ///< Finger at fault, if any.
   double value = 0.0;     ///< Force or distance [N] or [m].
-  double bound = 0.0;     ///< What it should have been.
-  double way_m = 0.0;     ///< How far the arm had gone in the phase that failed.
-  double failed_s = 0.0;  ///< When it failed.
+  double bound = 0.0;     ///< Bound of `value`.
+  double way_m = 0.0;     ///< Displacement of the arm in the phase that failed.
+  double failed_s = 0.0;  ///< Time of the failure.
 };
 
-/// Goes through the phases of a scene's task. A phase ends when what it is for has come about, as far as the control
-/// side can know: by the fingers' loads, and by where the arm is.
+/// The execution of a scene's task in phases. A phase ends when its aim is reached as far as the control side can tell:
+/// by the fingers' loads and the arm's position.
 class TaskRun {
  public:
   explicit TaskRun(const Model& model);
 
-  /// A control period at `seen`, with the hand's pose there; the last one asked the fingers for `asked_N` (3 a finger,
-  /// world axes).
+  /// Runs a control period at `seen`, with the hand's pose there; the last one commanded `asked_N` (3 per finger, world
+  /// axes).
   void update(const Model& model, const HandPose& pose, const Snapshot& seen, const Eigen::VectorXd& asked_N);
 
-  /// From now on it stays as it is, to be looked at.
+  /// Stops all further changes, for inspection.
   void freeze() { frozen_ = true; }
 
   [[nodiscard]] const TaskReport& report() const { return report_; }
   [[nodiscard]] const ArmOrder& arm() const { return arm_; }
-  /// Whether finger k moves by itself, and does not press.
+  /// Tests whether finger k moves alone, and does not press.
   [[nodiscard]] bool is_free(int k) const { return !report_.grasps && !report_.has_touched[k]; }
-  /// The phase that runs; null before the first and after the last one.
+  /// Returns the current phase; null before the first and after the last one.
   [[nodiscard]] const Phase* phase(const Scene& scene) const;
 
  private:
@@ -78,7 +78,7 @@ class TaskRun {
                           const Eigen::VectorXd& asked_N);
   [[nodiscard]] bool close(const Model& model, const HandPose& pose, const Snapshot& seen,
                            const Eigen::VectorXd& asked_N);
-  /// `against_N`: what hand and weight together do against the environment, object axes at the start.
+  /// `against_N`: force of hand and weight against the environment, object axes at the start.
   [[nodiscard]] bool insert(const Phase& phase, const Snapshot& seen, const Eigen::Vector3d& against_N);
   [[nodiscard]] bool place(const Model& model, const Snapshot& seen, double load_N);
   [[nodiscard]] bool release(const Phase& phase, const Snapshot& seen);
@@ -91,11 +91,11 @@ class TaskRun {
   ArmOrder arm_;
   bool frozen_ = false;
   double now_s_ = 0.0;
-  bool second_ = false;        ///< The second half of a phase that has two has begun.
-  double step_since_s_ = 0.0;  ///< When that was.
-  double met_since_s_ = 0.0;   ///< Since when something else bears a share of the weight, in kPlace.
-  Eigen::Vector3d arm_from_m_ = Eigen::Vector3d::Zero();  ///< Where the arm was when the phase began.
-  double press_N_ = 0.0;  ///< Of the last kClose; before it, as the scene's control asks for.
+  bool second_ = false;        ///< True in the second half of a phase that has two.
+  double step_since_s_ = 0.0;  ///< Time at which it began.
+  double met_since_s_ = 0.0;   ///< Time since which the support bears a share of the weight, in kPlace.
+  Eigen::Vector3d arm_from_m_ = Eigen::Vector3d::Zero();  ///< Position of the arm when the phase began.
+  double press_N_ = 0.0;  ///< Grip force of the last kClose; before it, that of the scene's control.
 };
 
 }  // namespace thenar

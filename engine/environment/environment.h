@@ -16,45 +16,44 @@ struct EnvironmentMove {
   double over_s = 1.0;
 };
 
-/// A rigid body that the object may touch, and that moves as it is told to. World = hand frame: a table that moves down
-/// is an arm that lifts.
+/// A rigid body that the object may touch, with prescribed motion. World = hand frame: a table that moves down
+/// represents an arm that lifts.
 struct EnvironmentBody {
   std::string name;
   Solid shape;
-  Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< At the start.
+  Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< Pose at the start.
   double friction = 0.0;                                   ///< Coulomb's coefficient against the object.
-  std::vector<EnvironmentMove> moves;                      ///< They add up.
+  std::vector<EnvironmentMove> moves;                      ///< Moves; they are superposed.
 };
 
-/// What is around the object beside the hand.
+/// The environment: all bodies around the object other than the hand.
 struct Environment {
   std::vector<EnvironmentBody> bodies;
-  double compliance_m_per_N = 0.0;  ///< How object and bodies give way at each contact, in all directions; > 0.
-  std::string place = {};           ///< In its file, for refusals: "file:line:column".
+  double compliance_m_per_N = 0.0;  ///< Compliance of each contact, the same in all directions; > 0.
+  std::string place = {};           ///< Place in its file, for messages: "file:line:column".
 };
 
-/// Where the arm that carries the hand is to go from where it is, by a minimum-jerk way, world axes. By nothing: it
-/// stops.
+/// A commanded minimum-jerk displacement of the arm that carries the hand, world axes; zero: it stops.
 struct ArmOrder {
-  std::int64_t number = 0;  ///< Rises by one with each; 0: none yet.
+  std::int64_t number = 0;  ///< Increases by one with each order; 0: none yet.
   Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
   double over_s = 1.0;
 };
 
-/// How the arm goes. The world is the hand's frame, and so what is around the object goes the other way.
+/// The motion of the arm. The world is the hand's frame, so the environment moves in the opposite direction.
 struct ArmWay {
-  std::int64_t order = 0;                            ///< Its number.
-  Eigen::Vector3d from_m = Eigen::Vector3d::Zero();  ///< Where the arm was as it began, against the run's start.
+  std::int64_t order = 0;                            ///< Number of its order.
+  Eigen::Vector3d from_m = Eigen::Vector3d::Zero();  ///< Position of the arm at its begin, relative to the run's start.
   Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
   double begin_s = 0.0;
   double over_s = 1.0;
 };
-/// Where the arm is, against the run's start.
+/// Returns the position of the arm, relative to the run's start.
 [[nodiscard]] Eigen::Vector3d arm_m(const ArmWay& way, double time_s);
-/// An order that is new begins where the arm is now, however late it comes.
+/// Starts the motion of a new order from the arm's position now, however late the order comes.
 void follow(const ArmOrder& order, double now_s, ArmWay& way);
 
-/// A time, and where the arm is then.
+/// A time, and the arm's position then.
 struct Instant {
   // NOLINTNEXTLINE(google-explicit-constructor): without an arm an instant is a time.
   Instant(double t_s, const Eigen::Vector3d& arm = Eigen::Vector3d::Zero()) : time_s(t_s), arm_m(arm) {}

@@ -5,11 +5,11 @@
 
 namespace thenar {
 
-/// A finger less dexterous than this is as good as stretched: see dexterity().
+/// A finger of less dexterity counts as stretched: see dexterity().
 inline constexpr double kLeastDexterity = 0.06;
 
-/// Finds the way in which the fingers carry the object best, and what it takes: fills in the grasp's `travel`. The
-/// object does not turn, and pulps roll on it, as those of quasi-static fingers do whose contacts stick.
+/// Finds the direction in which the fingers carry the object farthest, with the effort there: sets the grasp's `travel`
+/// fields. The object does not rotate, and pulps roll on it, as with quasi-static fingers whose contacts stick.
 void add_travel(const FinderProblem& problem, const Hand& hand, const PatchMeter& patches, FoundGrasp& grasp);
 
 }  // namespace thenar

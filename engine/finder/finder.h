@@ -4,21 +4,21 @@
 
 namespace thenar {
 
-/// Finds how a hand can hold an object.
+/// Finds grasps of an object by a hand.
 ///
 /// 1. The hand alone: postures in which one finger, the opposer, faces the others across a gap, from closed to as wide
-///    as the hand opens (pinch.h). The opposer is the finger that does so over the widest range.
-/// 2. The object alone: pairs of places whose line lies in the friction cones of both, on patches without edges
+///    as the hand opens (pinch.h). The opposer is the finger with the widest range of these.
+/// 2. The object alone: pairs of points whose line lies in the friction cones of both, on patches without edges
 ///    (oppositions.h).
-/// 3. Both: an opposition of the hand is laid on one of the object, at all rolls about their line. The best are fitted
-///    by damped least squares on gaps, facing normals, balance, joint limits, and bones that stay out of the object
-///    and of one another; joints and the object's pose are the unknowns (fit.h).
-/// 4. What fits is rated by the forces that the controller would ask for (rate.h), the best are polished, and of these
-///    it is seen how far they carry the object (carry.h).
+/// 3. Both: an opposition of the hand is matched with one of the object, at all roll angles about their line. The best
+///    are fitted by damped least squares on gaps, facing normals, balance, joint limits, and bones that stay out of the
+///    object and of one another; the unknowns are the joints and the object's pose (fit.h).
+/// 4. Fits without faults are rated by the forces that the controller would command (rate.h); the best are refined and
+///    rated by how far they carry the object (carry.h).
 /// If the hand has more than three fingers and all together find nothing, smaller sets are tried.
 ///
 /// Requires  finite numbers, at least one finger.
-/// Cost      about 0.2 s for one grasp, three times that for ranks; up to 2 s before it gives up. Allocates; does not
+/// Cost      about 0.2 s for one grasp, three times that for ranks; up to 2 s without a result. Allocates; does not
 ///           lock or read files.
 [[nodiscard]] FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& settings = {},
                                        const FinderProgress& progress = {});

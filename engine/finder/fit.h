@@ -14,59 +14,59 @@
 
 namespace thenar {
 
-/// A hand at an object.
+/// Joint angles of a hand, and the pose of an object in it.
 struct Stance {
   JointVector q;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
 };
 
-/// What a fit wants, beside what every grasp needs.
+/// The targets of a fit, beyond those of every grasp.
 struct FitTarget {
   int opposer = 0;
-  PerFinger<double> depth_m;                           ///< By which each pulp is to be pressed in.
-  std::optional<Eigen::Vector3d> opposer_O, others_O;  ///< About where the opposer and the middle of the others touch.
-  JointVector q_near;                                  ///< The posture that it starts from.
-  Eigen::Vector3d approach_W = Eigen::Vector3d::UnitX();  ///< The way in which the hand comes.
+  PerFinger<double> depth_m;                           ///< Desired indentation of each pulp.
+  std::optional<Eigen::Vector3d> opposer_O, others_O;  ///< Approximate contacts of the opposer and the others' middle.
+  JointVector q_near;                                  ///< The initial posture.
+  Eigen::Vector3d approach_W = Eigen::Vector3d::UnitX();  ///< Approach direction of the hand.
   GraspWish wish = {};
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();
-  bool limits = true;  ///< Without them it shows how far a joint would have to bend.
+  bool limits = true;  ///< False: without joint limits, to show how far a joint would have to bend.
 };
 
-/// How a finger's pulp stands to the object.
+/// The contact of a finger's pulp with the object.
 struct FoundTouch {
-  double gap_m = 0.0;  ///< Of the undeformed pulp, less the wanted depth.
+  double gap_m = 0.0;  ///< Gap of the undeformed pulp plus the desired indentation.
   Eigen::Vector3d point_O = Eigen::Vector3d::Zero(), normal_O = point_O;
-  double cosine = 0.0;  ///< Between the pulp's mean normal and the inward normal.
+  double cosine = 0.0;  ///< Cosine between the pulp's mean normal and the inward normal.
 };
 
-/// What keeps a stance from being a grasp, each as how far it is beyond its bound; 0: it keeps to it.
+/// The faults of a stance as a grasp, each as the violation of its bound; 0: none.
 struct FitFaults {
   double gap_m = 0.0;
   double facing_rad = 0.0;
-  double body_m = 0.0;   ///< How far a bone is in the object.
-  double apart_m = 0.0;  ///< How far pulps are in one another.
-  double bones_m = 0.0;  ///< How far bones are in one another.
+  double body_m = 0.0;   ///< Depth of a bone in the object.
+  double apart_m = 0.0;  ///< Overlap of pulps.
+  double bones_m = 0.0;  ///< Overlap of bones.
   double limit_rad = 0.0;
-  double axis_rad = 0.0, at_m = 0.0, approach_rad = 0.0;  ///< From what the user wants.
+  double axis_rad = 0.0, at_m = 0.0, approach_rad = 0.0;  ///< Deviations from the user's wishes.
   int facing_finger = 0;
   int body_segment = -1;
   int bones_finger = -1, bones_other = -1;
 
   [[nodiscard]] bool none() const { return badness() == 0.0; }
-  /// All of them in one number.
+  /// Returns all of them in one number.
   [[nodiscard]] double badness() const;
 };
 
-/// Fits stances to an object: what the terms are, and what they are weighed by, is in the source.
+/// The fit of stances to an object; its terms and weights are in the source.
 class StanceFit {
  public:
   StanceFit(const Hand& hand, const std::vector<BodyPoint>& body, const ImplicitSurface& object);
 
-  /// Damped least squares from a stance on.
+  /// Fits by damped least squares from a stance on.
   [[nodiscard]] Stance fit(const Stance& start, const FitTarget& target, int most_steps);
   [[nodiscard]] NormalEquations equations(const Stance& stance, const FitTarget& target);
-  /// The sum of squares as a start is judged by, with the pulps and the bones alone: cheaper than equations(). Stops
-  /// where it exceeds `enough`.
+  /// Computes the sum of squares that ranks a start, of pulps and bones alone: cheaper than equations(). Stops where it
+  /// exceeds `enough`.
   [[nodiscard]] double rough_cost(const Stance& stance, const HandPose& pose, const FitTarget& target,
                                   double enough) const;
 
@@ -80,7 +80,7 @@ class StanceFit {
   void add_balance(const FitTarget& target, NormalEquations& sum) const;
   void add_body(const Stance& stance, NormalEquations& sum) const;
   void add_apart(NormalEquations& sum) const;
-  /// How a point of the hand moves along d with the joints.
+  /// Adds the derivatives by the joints of a hand point's position along d.
   void add_way(const BodyPoint& point, const Eigen::Vector3d& p_W, const Eigen::Vector3d& d, Unknowns& row) const;
   void add_bones(NormalEquations& sum);
   void add_limits(const Stance& stance, const FitTarget& target, NormalEquations& sum) const;
@@ -88,13 +88,13 @@ class StanceFit {
 
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxUnknowns>;
 
-  /// A finger's pulp, and how it moves with the unknowns.
+  /// A finger's pulp, and its derivatives by the unknowns.
   struct Finger {
     PulpPose pulp;
     double gap_m = 0.0;
     Eigen::Vector3d c_O = Eigen::Vector3d::Zero(), point_O = c_O, normal_O = c_O, n_W = c_O;
-    Rows G;  ///< Where it touches, at the middle of the ball there, against the object.
-    Rows N;  ///< The surface's normal at it.
+    Rows G;  ///< Contact, at the middle of the ball there, relative to the object.
+    Rows N;  ///< The surface's normal there.
     Rows M;  ///< The pulp's mean normal.
     Rows C;  ///< The pulp's centre in the world.
   };
@@ -110,7 +110,7 @@ class StanceFit {
   Eigen::Isometry3d X_WO_;
 };
 
-/// The stance after a step: joints within their limits.
+/// Returns the stance after a step, with joints within their limits.
 [[nodiscard]] Stance moved(const Hand& hand, const Stance& stance, const Unknowns& step, bool limits);
 
 }  // namespace thenar

@@ -24,13 +24,13 @@ struct GraspMeasure {
   [[nodiscard]] double shown_value(const FoundGrasp& grasp) const { return factor * value(grasp); }
 };
 
-/// All of them, in the order of a table.
+/// Returns all of them, in the order of a table.
 [[nodiscard]] std::span<const GraspMeasure> grasp_measures();
 
-/// The measure of this name. Throws std::out_of_range if there is none.
+/// Returns the measure of this name. Throws std::out_of_range if there is none.
 [[nodiscard]] const GraspMeasure& grasp_measure(std::string_view name);
 
-/// The normal force of a finger on the object, against the weight [N].
+/// Returns the normal force of a finger on the object, against the weight [N].
 [[nodiscard]] double press_N(const FoundGrasp& grasp, const FingerPlace& place);
 
 }  // namespace thenar

@@ -9,11 +9,11 @@
 
 namespace thenar {
 
-/// A sphere of the hand, which is to stay out of the object: so far at least.
+/// A sphere of the hand that must stay out of the object, at `clearance_m` at least.
 struct BodyPoint {
   int segment = -1;  ///< -1: the palm.
   int finger = 0, joints = 0;
-  Eigen::Vector3d p_S = Eigen::Vector3d::Zero();  ///< Segment frame; of the palm hand frame.
+  Eigen::Vector3d p_S = Eigen::Vector3d::Zero();  ///< Segment frame; hand frame for the palm.
   double clearance_m = 0.0;
 
   [[nodiscard]] Eigen::Vector3d in(const HandPose& pose) const {
@@ -21,35 +21,34 @@ struct BodyPoint {
   }
 };
 
-/// The hand as spheres along its bones. A hand file has no skin: fingers are taken to be as thick as seven tenths of
-/// their pulps, for flesh gives way, and the palm as bars from the wrist to the first joint of each finger and from
+/// Returns the hand as spheres along its bones. A hand file has no skin: fingers have seven tenths of their pulps'
+/// thickness, as flesh is soft, and the palm consists of bars from the wrist to the first joint of each finger and from
 /// finger to finger.
 [[nodiscard]] std::vector<BodyPoint> hand_body(const Hand& hand);
 
-/// Two fingers' spheres whose centres are to stay so far apart.
+/// Spheres of two fingers with the least distance of their centres.
 struct BonePair {
   int a = 0, b = 0;
   double least_m = 0.0;
 };
 
-/// What keeps fingers out of one another, but for two pulps: spheres along bones up to the middles of pulps, as thick
-/// as bones without their flesh, half as thick as pulps, and which of them may not overlap. None needs to be further
-/// from another than it is in the open hand, with each joint at
-/// zero, or at the end of its range that is nearest to it.
+/// The collision model between fingers, except between two pulps: spheres along bones up to the middles of pulps, as
+/// thick as bones without flesh, half as thick as pulps, and the pairs that may not overlap. No required distance
+/// exceeds that in the open hand, with each joint at zero, or at the end of its range nearest to zero.
 struct Bones {
   std::vector<BodyPoint> points;
   std::vector<BonePair> pairs;
 };
 [[nodiscard]] Bones bones_of(const Hand& hand, const std::vector<BodyPoint>& body);
 
-/// The pair of bones that are deepest in one another.
+/// The pair of bones with the deepest overlap.
 struct BoneOverlap {
   double depth_m = 0.0;
-  int finger = -1, other = -1;  ///< None are: -1.
+  int finger = -1, other = -1;  ///< -1: none overlap.
 };
 [[nodiscard]] BoneOverlap overlap_of(const Bones& bones, const HandPose& pose);
 
-/// Where finger k's pulp is, how it turns, and how both move with the joints.
+/// The position and normal of a finger's pulp, and their derivatives by the joints.
 struct PulpPose {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< The pulp's mean outward direction, world.
@@ -57,15 +56,15 @@ struct PulpPose {
 };
 [[nodiscard]] PulpPose pulp_pose(const Hand& hand, const HandPose& pose, int finger);
 
-/// How far the centres of two pulps are from each other where they touch on the line d (unit, world) between them.
+/// Returns the distance of the centres of two pulps that touch on the line d (unit, world) between them.
 [[nodiscard]] double touching_m(const Hand& hand, const HandPose& pose, int one, int other, const Eigen::Vector3d& d);
 
-/// How far finger k is from being stretched or folded at its point x: the least over the largest singular value of its
-/// Jacobian there. Near 0 no torque pushes x in some direction, and the slightest push there turns joints far.
+/// Returns the dexterity of a finger at its point x: the least over the largest singular value of its Jacobian there.
+/// Near 0, stretched or folded, no torque pushes x in some direction, and the slightest push there rotates joints far.
 [[nodiscard]] double dexterity(const Hand& hand, const HandPose& pose, int finger, const Eigen::Vector3d& x_m);
 
-/// The hand with these of its fingers alone, in the order of the hand: joints, bones, fingertips, and what their
-/// muscles do there. `fingers` are indices, in any order, each once.
+/// Returns the hand with only these of its fingers, in the order of the hand: joints, bones, fingertips, and their
+/// muscles' parts. `fingers` are indices, in any order, each once.
 [[nodiscard]] Hand hand_of(const Hand& hand, std::vector<int> fingers);
 
 }  // namespace thenar

@@ -12,7 +12,7 @@ inline constexpr int kMaxUnknowns = kMaxHandJoints + 6;
 using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
 using UnknownsMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
 
-/// J'J, J'r and r'r of residuals r(x), gathered one by one: no residual is kept.
+/// J'J, J'r and r'r of residuals r(x), accumulated one by one without storing residuals.
 struct NormalEquations {
   explicit NormalEquations(Eigen::Index unknowns)
       : JJ(UnknownsMatrix::Zero(unknowns, unknowns)), Jr(Unknowns::Zero(unknowns)) {}
@@ -22,7 +22,7 @@ struct NormalEquations {
     Jr += residual * derivative;
     cost += residual * residual;
   }
-  /// One that grows once `excess` is greater than 0.
+  /// Adds a residual that is zero unless `excess` is positive.
   void add_hinge(double excess, double scale, const Unknowns& derivative) {
     if (excess > 0.0) add(excess / scale, derivative / scale);
   }
@@ -33,10 +33,10 @@ struct NormalEquations {
 };
 
 /// Minimises the sum of squares by damped least squares [Levenberg 1944, Marquardt 1963] from x on. `equations(x)`
-/// gives its normal equations, and `moved(x, step)` x after a step, within its bounds. Never returns a worse x.
+/// returns its normal equations, and `moved(x, step)` x after a step, within its bounds. Never returns a worse x.
 template <typename X, typename Equations, typename Moved>
 [[nodiscard]] X least_squares(X x, int most_steps, Equations equations, Moved moved) {
-  constexpr double kLeastGain = 1e-4;  // A share of the cost: below it nothing is left to gain.
+  constexpr double kLeastGain = 1e-4;  // Relative decrease of the cost below which a step counts as idle.
   NormalEquations now = equations(x);
   double damping = 1e-2;
   int idle = 0;

@@ -5,9 +5,9 @@
 
 namespace thenar {
 
-/// Runs the scene's own task, or where it has none a carry of 20 mm along the grasp's travel and pushes of 0.5 N in six
-/// directions, by steps of 2 ms, of fine parts of 4 ms: the engine itself, one loop, but coarser in time than most
-/// scenes are. `model` is settled, and is given back as it was.
+/// Simulates the scene's own task, or where it has none a carry of 20 mm in the grasp's best direction and pushes of
+/// 0.5 N in six directions, in steps of 2 ms, of fine parts of 4 ms: by the engine itself in one loop, but coarser in
+/// time than most scenes. `model` is settled, and is restored afterwards.
 [[nodiscard]] Rehearsal rehearse(Model& model, const FoundGrasp& grasp);
 
 }  // namespace thenar

@@ -10,25 +10,25 @@
 
 namespace thenar {
 
-/// What a search with one set of fingers saw, from which a refusal takes its reason.
+/// Evidence of a search with one set of fingers, from which a refusal derives its reason.
 struct SearchEvidence {
   PinchRange range;
   Oppositions oppositions;
-  Stance nearest;            ///< The fit with the least faults,
-  FitTarget nearest_target;  ///< what it was for,
-  FitFaults nearest_faults;  ///< and what they are.
+  Stance nearest;            ///< The fit with the least faults.
+  FitTarget nearest_target;  ///< Its target.
+  FitFaults nearest_faults;  ///< Its faults.
   bool has_nearest = false;
-  double best_margin = -1.0;  ///< Of fits without faults.
+  double best_margin = -1.0;  ///< Best margin of fits without faults.
 };
 
 /// Searches with all fingers of `hand`, the grasp's alone. Adds to the report; grasps are not yet sorted.
 [[nodiscard]] SearchEvidence search(const FinderProblem& problem, const Hand& hand, const FinderSettings& settings,
                                     const FinderProgress& progress, FinderReport& report);
 
-/// Why there is nothing to search for, if that is plain before.
+/// Returns why a search is pointless, if that is known beforehand.
 [[nodiscard]] std::optional<Refusal> refusal_at_once(const FinderProblem& problem);
 
-/// Why a search found nothing, and what would help.
+/// Explains why a search found nothing, with a remedy.
 [[nodiscard]] Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchEvidence& evidence);
 
 }  // namespace thenar

@@ -11,10 +11,10 @@
 
 namespace thenar {
 
-/// The words of a line, between blanks.
+/// Splits a line at blanks into words.
 [[nodiscard]] std::vector<std::string_view> words_of(std::string_view line);
 
-/// The number that a whole word is, or nothing.
+/// Returns the number that a whole word represents, or nothing.
 template <typename Number>
 [[nodiscard]] std::optional<Number> number_in(std::string_view word) {
   Number number{};
@@ -24,8 +24,8 @@ template <typename Number>
   return number;
 }
 
-/// A file's bytes, read from the front. What goes wrong is told with the line or the byte, as a FileError. It refers to
-/// the bytes and the name.
+/// A sequential reader of a file's bytes. Errors are FileErrors with the line or the byte. A view of the bytes and the
+/// name.
 class ByteSource {
  public:
   ByteSource(const std::filesystem::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {}
@@ -37,14 +37,14 @@ class ByteSource {
   [[noreturn]] void fail_at_byte(const std::string& what) const;
   [[noreturn]] void fail(const std::string& what) const;
 
-  /// The next line without its end. A last line without an end may have been cut, so it is refused.
+  /// Takes the next line without its end. A last line without an end may have been truncated, so it is refused.
   std::string_view take_line();
-  /// The next line, whether or not it has an end. Nothing at the end of the file.
+  /// Takes the next line, with or without an end; nothing at the end of the file.
   std::optional<std::string_view> take_any_line();
-  /// The next `size` bytes. `what` they are is told if they are missing.
+  /// Takes the next `size` bytes; the error for missing ones names `what` they are.
   std::string_view take(std::size_t size, const std::string& what);
 
-  /// A finite number that a word of the last line is.
+  /// Returns the finite number that a word of the last line represents.
   [[nodiscard]] double finite(std::string_view word) const;
   /// Fails if a line after the last one holds more than blanks.
   void expect_blank_rest();

@@ -5,7 +5,7 @@
 
 namespace thenar {
 
-/// The CRC-32 of bytes (that of zip, PNG and MCAP). `before`: of the bytes that they follow; 0: of none.
+/// Returns the CRC-32 of bytes (as in zip, PNG and MCAP). `before`: that of the preceding bytes; 0: there are none.
 [[nodiscard]] std::uint32_t crc32(std::string_view bytes, std::uint32_t before = 0);
 
 }  // namespace thenar

@@ -20,20 +20,20 @@ class FileError : public std::runtime_error {
   std::string file_;
 };
 
-/// A file whose bytes could not be had: it says nothing about what the file holds.
+/// A file whose bytes could not be read; it implies nothing about the contents.
 class ReadError : public FileError {
   using FileError::FileError;
 };
 
-/// The ending of the file's name in small letters: ".ply".
+/// Returns the file's extension in lower case: ".ply".
 [[nodiscard]] std::string ending_of(const std::filesystem::path& file);
 
-/// All bytes of a regular file: a pipe or a device may have no end. Throws ReadError.
+/// Reads all bytes of a regular file: a pipe or a device may have no end. Throws ReadError.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file);
 
-/// Files that are read once: as long as this lives, read_file() returns their bytes as they were, in all threads,
-/// whatever becomes of the files. For work that reads a file many times and must not mix two states of it. Of the whole
-/// process, since many functions lie between that work and its readers; so there is one at a time.
+/// A cache of files: during its lifetime read_file() returns their bytes as first read, in all threads, even if the
+/// files change. For work that reads a file many times and must not mix two states of it. It is global to the process,
+/// since many functions lie between that work and its readers; so there is one at a time.
 class KeptFiles {
  public:
   KeptFiles() = default;
@@ -41,28 +41,28 @@ class KeptFiles {
   KeptFiles(const KeptFiles&) = delete;
   KeptFiles& operator=(const KeptFiles&) = delete;
 
-  /// Reads a file, named as read_file() will name it, unless it is kept already. Throws ReadError.
+  /// Reads a file, by the name that read_file() will use, unless it is kept already. Throws ReadError.
   static void keep(const std::filesystem::path& file);
 };
 
-/// Whether read_file() would find it: it is there, or kept.
+/// Tests whether read_file() would find it: it exists, or is kept.
 [[nodiscard]] bool is_readable(const std::filesystem::path& file);
 
-/// Replaces a file by these bytes, whole or not at all; what is no regular file, such as a pipe, is written to. Throws
-/// FileError.
+/// Replaces a file by these bytes, completely or not at all; a file that is not regular, such as a pipe, is written to.
+/// Throws FileError.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Makes a folder for results and proves that it can be written to. Throws FileError.
 void prepare_folder(const std::filesystem::path& folder);
 
-/// A lock on a file or a folder, which the system ends with the process, however that ends. It leaves no trace.
+/// A lock on a file or a folder, which the system releases when the process ends in any way. It leaves no trace.
 class FileLock {
  public:
-  /// Nothing if another process, or another lock of this one, has it. A missing file is made. Devices are nobody's, and
-  /// a file system without locks knows of nobody. Throws FileError.
+  /// Takes the lock; nothing if another process, or another lock of this one, has it. A missing file is created.
+  /// Devices and file systems without locks are never locked by others. Throws FileError.
   [[nodiscard]] static std::optional<FileLock> take(const std::filesystem::path& path);
-  /// Makes these bytes the locked file's contents, and waits until they are on the disk. Throws FileError; then the
-  /// file may hold a part of them.
+  /// Replaces the locked file's contents by these bytes, and waits until they are on the disk. Throws FileError; the
+  /// file may then contain a part of them.
   void write(std::string_view bytes) const;
   ~FileLock();
   FileLock(FileLock&& other) noexcept
@@ -76,7 +76,7 @@ class FileLock {
   int descriptor_;
 };
 
-/// A file's name as a file in `folder` has to give it.
+/// Returns a file's name relative to `folder`, for use in a file there.
 [[nodiscard]] std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file);
 
 }  // namespace thenar

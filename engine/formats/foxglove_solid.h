@@ -5,8 +5,8 @@
 
 namespace thenar::foxglove {
 
-/// Of "triangles": the surface of a solid in its own frame. Of a plane, and of the plate around a hole, what is near
-/// its middle.
+/// Returns an item of "triangles": the surface of a solid in its own frame; of a plane, and of the plate around a hole,
+/// the part near its middle.
 [[nodiscard]] Json solid(const Solid& solid, const Color& color);
 
 }  // namespace thenar::foxglove

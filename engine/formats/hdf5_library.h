@@ -7,16 +7,16 @@
 
 namespace thenar {
 
-/// The functions of the HDF5 library that files of FCLIB need, under its own names. The library is loaded when it is
-/// first needed: with all that it depends on, that takes longer than the program takes to start.
+/// The functions of the HDF5 library that FCLIB files need, under its own names. The library is loaded on first use:
+/// with its dependencies, that takes longer than the program's start.
 class Hdf5 {
  public:
-  /// The library, which stays loaded; its functions print nothing. Null if there is none: `obstacle` says why.
+  /// Returns the library, which stays loaded and prints nothing. Null if there is none, with the reason in `obstacle`.
   [[nodiscard]] static const Hdf5* load(std::string& obstacle);
 
  private:
   void* library_;
-  /// What a name stands for, as a pointer to whatever it is.
+  /// The address of a symbol, convertible to any pointer.
   struct Symbol {
     void* address;
     template <typename T>
@@ -65,11 +65,11 @@ class Hdf5 {
 
  private:
   bool open_ = complete_ && H5open() >= 0;
-  /// The value of a variable, once the library is open.
+  /// Returns the value of a variable, once the library is open.
   [[nodiscard]] hid_t value(const char* name) const;
 
  public:
-  // What its headers name by macros.
+  // Values that its headers name by macros.
   hid_t file_access = value("H5P_CLS_FILE_ACCESS_ID_g");
   hid_t native_double = value("H5T_NATIVE_DOUBLE_g");
   hid_t native_int = value("H5T_NATIVE_INT_g");

@@ -7,7 +7,7 @@
 
 namespace thenar {
 
-/// One message of a recording, for as long as it is received.
+/// One message of a recording, valid while it is received.
 struct McapMessage {
   std::string_view topic;
   double time_s = 0.0;
@@ -15,19 +15,19 @@ struct McapMessage {
 };
 using ReceiveMessage = std::function<void(const McapMessage&)>;
 
-/// How much of a recording could be read.
+/// The extent of a recording that could be read.
 struct McapReading {
-  bool whole = false;              ///< The file was ended, and is sound.
-  std::size_t damaged_chunks = 0;  ///< These were passed over.
+  bool whole = false;              ///< True if the file was ended, and is valid.
+  std::size_t damaged_chunks = 0;  ///< Number of chunks that were skipped.
 };
 
-/// Gives the messages of an MCAP file (mcap.dev, version 0) in the order in which they were written, up to the last
-/// whole chunk, or outside of chunks the last whole message. Knows chunks without compression and those of zstd. One
-/// chunk at a time is held in full. Throws FileError if the file cannot be read, is no such file, or has a message of a
-/// channel that it does not name; and what `receive` throws.
+/// Passes the messages of an MCAP file (mcap.dev, version 0) to `receive` in the order in which they were written, up
+/// to the last whole chunk, or outside of chunks the last whole message. Supports chunks without compression and with
+/// zstd. One chunk at a time is in memory. Throws FileError if the file cannot be read, is no MCAP file, or has a
+/// message of an undeclared channel; and exceptions of `receive`.
 McapReading read_mcap(const std::filesystem::path& file, const ReceiveMessage& receive);
 
-/// The same of its bytes; `file` is for errors alone.
+/// Passes the messages of an MCAP file's bytes; `file` is for errors alone.
 McapReading read_mcap(std::string_view bytes, const std::filesystem::path& file, const ReceiveMessage& receive);
 
 }  // namespace thenar

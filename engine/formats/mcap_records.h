@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-/// The parts of which MCAP files are made (mcap.dev, version 0), for their writer and their reader.
+/// The records of MCAP files (mcap.dev, version 0), for their writer and their reader.
 namespace thenar::mcap {
 
 static_assert(std::endian::native == std::endian::little, "MCAP is little-endian");
@@ -27,7 +27,7 @@ enum Kind : std::uint8_t {
   kDataEnd = 15
 };
 
-/// The bytes of a record, part by part.
+/// A builder of a record's bytes, part by part.
 class Bytes {
  public:
   template <class Number>
@@ -35,7 +35,7 @@ class Bytes {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     return *this;
   }
-  /// With its length before it, as text, maps and arrays have it.
+  /// Appends a text, map or array after its length.
   Bytes& text(std::string_view text) {
     number(static_cast<std::uint32_t>(text.size()));
     return raw(text);
@@ -56,7 +56,7 @@ inline void append_record(std::string& to, Kind kind, std::string_view bytes) {
   to += bytes;
 }
 
-/// Reads a record's bytes in order; a read past their end is remembered and gives zero.
+/// A sequential reader of a record's bytes; a read past their end is noted and returns zero.
 class Parts {
  public:
   explicit Parts(std::string_view bytes) : rest_(bytes) {}

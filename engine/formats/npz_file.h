@@ -11,11 +11,11 @@
 
 namespace thenar {
 
-/// Arrays by name as NumPy keeps them: an .npz file, which is a ZIP archive of .npy files (version 1.0), without
-/// compression. NumPy alone reads it, without pickle.
+/// A NumPy archive of named arrays, .npz: a ZIP archive of .npy files (version 1.0), without compression. NumPy reads
+/// it without pickle.
 class NpzArchive {
  public:
-  /// Numbers row by row, as many as the shape has.
+  /// Adds an array of numbers row by row, as many as the shape has.
   template <class Number>
   void add(const std::string& name, const std::vector<std::size_t>& shape, std::span<const Number> numbers) {
     constexpr const char* kType = std::is_same_v<Number, double>          ? "<f8"
@@ -25,10 +25,10 @@ class NpzArchive {
     static_assert(kType != nullptr);
     add_bytes(name, shape, kType, {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()});
   }
-  /// A list of names in UTF-8.
+  /// Adds a list of names in UTF-8.
   void add_names(const std::string& name, const std::vector<std::string>& names);
 
-  /// The archive's bytes, which are given away; nothing if they would be 4 GB or more, or an array of it.
+  /// Returns the archive's bytes and gives up their ownership; nothing if the archive or an array has 4 GB or more.
   [[nodiscard]] std::optional<std::string> finish();
 
  private:

@@ -14,14 +14,14 @@ namespace thenar {
 struct NumberTable {
   std::vector<std::string> names;
   Eigen::MatrixXd numbers;              ///< Rows x names; NaN for an empty cell and for "nan".
-  std::vector<std::size_t> lines = {};  ///< Of each row, from 1.
+  std::vector<std::size_t> lines = {};  ///< Line number of each row, from 1.
 };
 
-/// Reads comma-separated values below a line of names, such as signals.csv; empty lines count as none. Throws FileError
-/// with the line of what is wrong, ReadError if there is no such file.
+/// Reads comma-separated values below a line of names, such as signals.csv; empty lines are skipped. Throws FileError
+/// with the line of the error, ReadError if there is no such file.
 [[nodiscard]] NumberTable read_number_table(const std::filesystem::path& file);
 
-/// The same of bytes.
+/// Reads the same from bytes.
 [[nodiscard]] NumberTable parse_number_table(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace thenar

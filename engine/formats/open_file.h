@@ -7,9 +7,9 @@
 
 namespace thenar {
 
-/// An open file that closes, and lets go of its lock, with the scope.
+/// An open file that is closed, and its lock released, at the end of the scope.
 struct OpenFile {
-  int descriptor;  ///< -1 where it could not be opened: errno says why.
+  int descriptor;  ///< -1 if it could not be opened, with the reason in errno.
 
   OpenFile(const std::filesystem::path& file, int flags) : descriptor(open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
   ~OpenFile() {

@@ -17,8 +17,8 @@ namespace thenar {
 struct GraspFile : GraspData {
   std::string name;
   std::string status;             ///< Known answer for the pyramid: "optimal" or "infeasible"; may be empty.
-  std::string status_exact_cone;  ///< The same for the exact cone.
-  Eigen::VectorXd f_optimal, f_optimal_exact_cone;  ///< Known optima, 3 a contact [N]; may be empty.
+  std::string status_exact_cone;  ///< Known answer for the exact cone.
+  Eigen::VectorXd f_optimal, f_optimal_exact_cone;  ///< Known optima, 3 per contact [N]; may be empty.
 };
 
 struct MuscleFile : MuscleData {
@@ -42,18 +42,18 @@ struct LcpFile : LcpData {
 
 using ProblemFile = std::variant<ContactFile, GraspFile, MuscleFile, StiffMuscleFile, LcpFile>;
 
-/// Reads a problem, all of it finite and of shapes that go together. A file without a name is called as its file is.
+/// Reads a problem with finite values and consistent shapes. A problem without a name is named after its file.
 ///
 /// .fcp   A contact problem: contact_file.h. So are .hdf5 and .h5, in the format of FCLIB: fclib_file.h.
-/// .json  `problem` says which: "P1" grasp forces, "P2" muscle forces, "P3" those under an object stiffness, "LCP". A
-///        grasp is taken from its contact points and axes; G, A and c need not be there, but must not contradict them.
-///        mu and lambda are a number for all contacts, or a list with one for each.
+/// .json  The kind is `problem`: "P1" grasp forces, "P2" muscle forces, "P3" those under an object stiffness, "LCP". A
+///        grasp is defined by its contact points and axes; G, A and c are optional, but must not contradict them. mu
+///        and lambda are a number for all contacts, or a list with one for each.
 ///
 /// Throws FileError: "path: what is wrong", with the line or the key.
 [[nodiscard]] ProblemFile read_problem(const std::filesystem::path& file);
 
-/// Writes a problem so that it is read back to the last bit, with all that the formats hold. A known optimum comes with
-/// what can be said of it: objective, rows without slack. Throws FileError.
+/// Writes a problem so that it is read back to the last bit, with all data of the formats. A known optimum is written
+/// with its objective and the rows without slack. Throws FileError.
 /// Requires  Finite values.
 void write_problem(const std::filesystem::path& file, const GraspFile& problem);
 void write_problem(const std::filesystem::path& file, const MuscleFile& problem);

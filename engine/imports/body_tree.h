@@ -12,33 +12,33 @@
 #include "engine/hand/hand.h"
 #include "thenar/eigen_layout.h"
 
-/// A mechanism as MJCF and URDF both describe it: a tree of bodies, what is fixed in them, and what ties them together.
+/// A mechanism as described by MJCF and URDF: a tree of bodies, the elements fixed in them, and their constraints.
 /// Lengths in m, angles in rad. `place` is "file:line".
 namespace thenar {
 
 enum class TreeJointKind { kHinge, kSlide, kBall, kFree };
 
-/// A joint turns its body, and all that hangs on it, against the body's parent; several act one after the other.
+/// A joint of a body, which moves it and its descendants relative to the body's parent; several act in sequence.
 struct TreeJoint {
   std::string name, place;
   TreeJointKind kind = TreeJointKind::kHinge;
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< Body frame.
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< Body frame, unit.
-  double reference = 0.0;                              ///< Its value where the bodies are as the file has them.
+  double reference = 0.0;                              ///< Its value at the file's poses of the bodies.
   std::optional<std::array<double, 2>> range;          ///< Nothing: no limits.
 };
 
-/// What a pulp may be: a sphere, an ellipsoid or a capsule.
+/// A shape that can be a pulp: a sphere, an ellipsoid or a capsule.
 struct TreeRound {
-  double radius_m = 0.0;           ///< Of a sphere, or of the largest one about the centre that is in it.
+  double radius_m = 0.0;           ///< Radius of the sphere, or of the largest one about the centre inside the shape.
   std::optional<PulpShape> shape;  ///< Nothing: a sphere. Its axes are in the body frame.
   Eigen::Vector3d centre_m;        ///< Body frame.
 };
 
 struct TreeBody {
   std::string name, place;
-  int parent = 0;          ///< Before this one; of the world itself 0.
-  Eigen::Isometry3d X_PB;  ///< In its parent.
+  int parent = 0;          ///< Index of the parent, before this one; 0 for the world itself.
+  Eigen::Isometry3d X_PB;  ///< Pose in its parent.
   std::vector<TreeJoint> joints;
   double mass_kg = 0.0;
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< Body frame.
@@ -51,7 +51,7 @@ struct TreeSite {
   Eigen::Isometry3d X_BS;
 };
 
-/// What a tendon may wrap around: a sphere, or a cylinder about its z axis without an end.
+/// A surface that a tendon may wrap around: a sphere, or an infinite cylinder about its z axis.
 struct TreeWrap {
   std::string name;
   int body = 0;
@@ -60,13 +60,13 @@ struct TreeWrap {
   bool is_cylinder = false;
 };
 
-/// A tendon goes from site to site, and around at most one surface between two of them.
+/// A step of a tendon from site to site, around at most one surface between two of them.
 struct TreeTendonStep {
   int site = -1;
-  int wrap = -1;       ///< Between the site before it and this one; -1: it goes straight.
-  int side_site = -1;  ///< On which side of the surface; -1: the shorter one.
-  double share = 1.0;  ///< Of the muscle's force, between the site before it and this one.
-  bool begins = true;  ///< Nothing goes from the site before it to this one.
+  int wrap = -1;       ///< Surface between the last site and this one; -1: straight.
+  int side_site = -1;  ///< Site on its side of the surface; -1: the shorter side.
+  double share = 1.0;  ///< Share of the muscle's force, between the last site and this one.
+  bool begins = true;  ///< True if the tendon does not connect the last site to this one.
 };
 
 struct TreeTendon {
@@ -76,20 +76,20 @@ struct TreeTendon {
   std::string muscle;                 ///< The muscle's name.
 };
 
-/// Joints that do not move one without the other: the first follows the second.
+/// A coupling of joints: the first follows the second.
 struct TreeCoupling {
   std::string what, place;  ///< "equality 'x'"
   std::vector<std::string> joints;
-  int least = 1;  ///< It matters if it names so many joints of the hand.
-  /// Where the first joint's angle is a multiple of the second's, and an offset.
+  int least = 1;  ///< Least number of its joints in the hand for it to matter.
+  /// The law of a first joint's angle that is a multiple of the second's plus an offset.
   struct Line {
     double ratio, offset_rad;
   };
   std::optional<Line> line = {};
-  std::string fault = {};  ///< Why it has no line, where that is not plain.
+  std::string fault = {};  ///< Reason why it has no line, where not obvious.
 };
 
-/// What closes a loop between two bodies.
+/// A constraint that closes a loop between two bodies.
 struct TreeLoop {
   std::string what, place;
   std::array<int, 2> bodies;
@@ -103,10 +103,10 @@ struct BodyTree {
   std::vector<TreeTendon> tendons;
   std::vector<TreeCoupling> couplings;
   std::vector<TreeLoop> loops;
-  std::vector<std::string> notes;  ///< What was left out in reading it.
+  std::vector<std::string> notes;  ///< Elements left out in reading it.
 };
 
-/// The index of the item of this name, or -1.
+/// Returns the index of the item of this name, or -1.
 template <typename Items>
 [[nodiscard]] int index_of_name(const Items& items, std::string_view name) {
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -123,7 +123,7 @@ template <typename Items>
   return names;
 }
 
-/// A tree with the world alone.
+/// Returns a tree with the world alone.
 [[nodiscard]] inline BodyTree empty_tree() {
   BodyTree tree;
   tree.bodies.emplace_back();

@@ -8,15 +8,15 @@
 
 namespace thenar {
 
-/// A straight span as crossings, which have the same moment arms.
+/// Converts a straight span to crossings with the same moment arms.
 [[nodiscard]] std::vector<MuscleCrossing> crossings_of(const Hand& hand, const RouteSpan& span);
 
-/// Crossings for a span that wraps a surface, with moment arms near those of the span over the joints' ranges. Where
-/// points that the tendon passes serve well, they are taken for all joints, so that the arms stay the slopes of one
-/// length; a joint that is off by more than 0.3 mm rms then gets points of its own, or a constant arm.
+/// Fits crossings to a span that wraps a surface, with moment arms near those of the span over the joints' ranges.
+/// Where via points on the tendon's path fit well, they serve all joints, so that the arms remain derivatives of one
+/// length; a joint with an error above 0.3 mm rms then gets its own points, or a constant arm.
 [[nodiscard]] std::vector<MuscleCrossing> fit_crossings(const Hand& hand, const RouteSpan& span);
 
-/// Postures that fill the joints' ranges, from a seed.
+/// Draws random postures that fill the joints' ranges.
 [[nodiscard]] std::vector<HandPose> random_poses(const Hand& hand, int number, std::uint64_t seed);
 
 }  // namespace thenar

@@ -10,7 +10,7 @@
 
 namespace thenar {
 
-/// Where a fingertip is: its body, and the frame in it that the request speaks of.
+/// The place of a fingertip: its body, and the requested frame in it.
 struct TipPlace {
   int body = 0;
   Eigen::Isometry3d X_BP;
@@ -20,25 +20,26 @@ struct TipPlace {
 /// A joint of a finger.
 struct ChainJoint {
   int body = 0;
-  int joint = 0;  ///< Among those of the body.
+  int joint = 0;  ///< Index among those of the body.
 };
 
-/// Which parts of a mechanism are fingers.
+/// The parts of a mechanism that are fingers.
 struct FingerChains {
   std::vector<TipPlace> tips;
-  std::vector<std::vector<ChainJoint>> joints;  ///< Of each finger, from the palm on.
-  int base = 0;                                 ///< The body whose frame is the hand's, or that its site is on.
-  Eigen::Isometry3d X_BH;                       ///< The hand's frame in it.
-  /// One a body: the last body on its way from the root that a finger's joint moves; -1: none, so it is of the palm.
+  std::vector<std::vector<ChainJoint>> joints;  ///< Joints of each finger, from the palm on.
+  int base = 0;                                 ///< Body of the hand's frame or its site.
+  Eigen::Isometry3d X_BH;                       ///< The hand's frame in that body.
+  /// One per body: the last body on its path from the root that a finger's joint moves; -1: none, so it is part of the
+  /// palm.
   std::vector<int> moved_with;
-  /// One a body, one a joint: how far it is turned or shifted from the pose of the file, where all fingers are at zero.
+  /// Per body and joint: its rotation or translation from the file's pose at zero of all fingers.
   std::vector<std::vector<double>> offsets;
-  std::vector<int> ties;  ///< The tree's couplings of one of the fingers' joints to another one.
+  std::vector<int> ties;  ///< Indices of the tree's couplings between joints of the fingers.
   std::vector<std::string> notes;
 };
 
-/// Finds the fingers, and refuses with ConfigError what a hand cannot have: joints of two fingers, joints that do not
-/// turn or have no limits, couplings that are no ties, closed loops, more fingers or joints than kMaxFingers and
+/// Finds the fingers. Throws ConfigError for features that a hand cannot have: joints of two fingers, joints that are
+/// not hinges or have no limits, couplings other than ties, closed loops, more fingers or joints than kMaxFingers and
 /// kMaxFingerJoints.
 [[nodiscard]] FingerChains find_chains(const BodyTree& tree, const HandRequest& request);
 

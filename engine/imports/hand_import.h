@@ -9,10 +9,10 @@
 
 namespace thenar {
 
-/// Reads an MJCF or URDF file: its root says which. Throws ConfigError with file and line, and ReadError.
+/// Reads an MJCF or URDF file, distinguished by its root. Throws ConfigError with file and line, and ReadError.
 [[nodiscard]] BodyTree read_bodies(const std::filesystem::path& file);
 
-/// Makes the hand that is asked for. Throws ConfigError for what does not fit a hand: see find_chains.
+/// Makes the requested hand. Throws ConfigError for features that a hand cannot have: see find_chains.
 [[nodiscard]] ImportedHand import_hand(const BodyTree& tree, const HandRequest& request);
 
 }  // namespace thenar

@@ -6,7 +6,7 @@
 
 namespace thenar {
 
-/// The hand as a hand file, with comments on its origin, `origin` a sentence each line, and on what was approximated.
+/// Returns the hand as a hand file, with comments on its origin, `origin` a sentence per line, and on approximations.
 /// Numbers have 12 digits, so that it reads back the same to 1e-12.
 [[nodiscard]] std::string hand_text(const ImportedHand& made, const std::string& origin);
 

@@ -7,11 +7,11 @@
 
 namespace thenar {
 
-/// A hand that was made of somebody else's description, and what of that is not in it.
+/// A hand made from another format, with notes on features not converted.
 struct ImportedHand {
   Hand hand;
-  std::vector<std::string> notes;         ///< What was guessed, approximated, locked and left out, a sentence each.
-  std::vector<std::string> muscle_notes;  ///< One a muscle: what it was made of, and its errors.
+  std::vector<std::string> notes;         ///< Guesses, approximations, locked joints and omissions, a sentence each.
+  std::vector<std::string> muscle_notes;  ///< One per muscle: its source and errors.
 };
 
 }  // namespace thenar

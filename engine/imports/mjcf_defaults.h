@@ -14,15 +14,15 @@ class MjcfDefaults {
   /// Reads both from all sections of the file. Throws ConfigError.
   explicit MjcfDefaults(const XmlElement& mujoco);
 
-  /// The element with what its class, else `childclass`, else the file's first class gives it and it does not name
-  /// itself. Throws ConfigError for a class that is not there.
+  /// Returns the element with missing attributes set by its class, else by `childclass`, else by the file's first
+  /// class. Throws ConfigError for an unknown class.
   [[nodiscard]] XmlElement completed(const XmlElement& element, const std::string& childclass) const;
 
-  /// A setting of the compiler; empty if the file does not name it.
+  /// Returns a setting of the compiler; empty if the file does not have it.
   [[nodiscard]] std::string compiler(std::string_view setting) const;
 
  private:
-  using Elements = std::map<std::string, XmlElement>;  ///< By what they are defaults of.
+  using Elements = std::map<std::string, XmlElement>;  ///< Defaults by element name.
   void read(const XmlElement& section, Elements inherited, bool is_first);
 
   std::map<std::string, Elements> classes_;

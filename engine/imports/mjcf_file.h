@@ -7,8 +7,8 @@
 
 namespace thenar {
 
-/// The bodies, tendons and constraints of an MJCF file, whose root is `mujoco` and whose included files are looked for
-/// from `file` on. Throws ConfigError with file and line, and ReadError.
+/// Reads the bodies, tendons and constraints of an MJCF file with the root `mujoco`; included files are relative to
+/// `file`. Throws ConfigError with file and line, and ReadError.
 [[nodiscard]] BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file);
 
 }  // namespace thenar

@@ -10,11 +10,11 @@ struct MjcfGeom {
   std::string type;
   Eigen::Isometry3d X_BG;
   double radius_m = 0.0;           ///< The first number of its size.
-  std::optional<double> mass_kg;   ///< Nothing: of a mesh or the like, whose volume the file does not say.
-  std::optional<TreeRound> round;  ///< Of a sphere, an ellipsoid and a capsule.
+  std::optional<double> mass_kg;   ///< Nothing for meshes and the like, whose volume is not in the file.
+  std::optional<TreeRound> round;  ///< Shape of a sphere, an ellipsoid or a capsule.
 };
 
-/// Reads a geom that its class has completed; `X_BF` is the frame that it stands in. Throws ConfigError.
+/// Reads a geom completed by its class; `X_BF` is its enclosing frame. Throws ConfigError.
 [[nodiscard]] MjcfGeom read_geom(const XmlElement& geom, const MjcfAngles& angles, const Eigen::Isometry3d& X_BF);
 
 }  // namespace thenar

@@ -5,7 +5,7 @@
 
 namespace thenar {
 
-/// Adds what an MJCF file says of its tendons, muscles and constraints to the tree of its bodies. Throws ConfigError.
+/// Adds the tendons, muscles and constraints of an MJCF file to the tree of its bodies. Throws ConfigError.
 void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree& tree);
 
 }  // namespace thenar

@@ -6,9 +6,9 @@
 
 namespace thenar {
 
-/// Makes the tendons that muscles pull the hand's muscles. From site to site a crossing has the same moment arms;
-/// around a surface it is fitted to them over the joints' ranges, and the errors that it makes go to
-/// `made.muscle_notes`. Throws ConfigError if there are too many.
+/// Converts tendons with muscles to the hand's muscles. From site to site a crossing has the same moment arms; around a
+/// surface it is fitted to them over the joints' ranges, with its errors in `made.muscle_notes`. Throws ConfigError if
+/// there are too many.
 void import_muscles(const BodyTree& tree, const TreePose& pose, const TreeSegments& segments, ImportedHand& made);
 
 }  // namespace thenar

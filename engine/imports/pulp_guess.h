@@ -7,9 +7,9 @@
 
 namespace thenar {
 
-/// Gives each fingertip whose normal is zero one: across the last bone, to the side that turns towards the first
-/// fingertip, of the first one towards the others, of a single one towards the origin, while all joints are in the
-/// middle of their ranges; and tilted by 20 degrees towards the tip, as in configs/hand.yaml. Notes say so.
+/// Guesses the normal of each fingertip that has none: across the last bone, towards the first fingertip, for the first
+/// one towards the others, for a single one towards the origin, with all joints in the middle of their ranges; and
+/// tilted by 20 degrees towards the tip, as in configs/hand.yaml. Adds notes.
 void guess_normals(Hand& hand, std::vector<std::string>& notes);
 
 }  // namespace thenar

@@ -16,7 +16,7 @@ struct SegmentPoint {
   Eigen::Vector3d p_S;
 };
 
-/// What lies between two points of a tendon.
+/// A surface between two points of a tendon.
 struct RouteWrap {
   int segment = 0;
   Eigen::Isometry3d X_SG;  ///< The surface in its segment.
@@ -28,13 +28,13 @@ struct RouteWrap {
 struct RouteSpan {
   SegmentPoint from, to;
   std::optional<RouteWrap> wrap;
-  double share = 1.0;  ///< Of the muscle's force.
+  double share = 1.0;  ///< Share of the muscle's force.
 };
 
-/// The moment arms that a span has for all joints of the hand: the torque of a force of 1 N in the tendon [m].
+/// Computes the moment arms of a span for all joints of the hand: the torques by 1 N in the tendon [m].
 [[nodiscard]] JointVector span_arms(const Hand& hand, const HandPose& pose, const RouteSpan& span);
 
-/// The joints that move one of two segments and not the other.
+/// Returns the joints that move one of two segments and not the other.
 [[nodiscard]] std::vector<int> joints_between(const Hand& hand, int one_segment, int other_segment);
 
 }  // namespace thenar

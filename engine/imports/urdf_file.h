@@ -5,7 +5,7 @@
 
 namespace thenar {
 
-/// The links and joints of a URDF file, whose root is `robot`. Throws ConfigError with file and line.
+/// Reads the links and joints of a URDF file with the root `robot`. Throws ConfigError with file and line.
 [[nodiscard]] BodyTree read_urdf(const XmlElement& robot);
 
 }  // namespace thenar

@@ -12,35 +12,35 @@
 
 namespace thenar {
 
-/// An element of an XML file with all that is below it; texts between elements are not kept.
+/// An element of an XML file with its descendants; text between elements is not kept.
 struct XmlElement {
   std::string name;
   std::string place;  ///< "file:line"
   std::vector<std::pair<std::string, std::string>> attributes;
   std::vector<XmlElement> children;
 
-  /// The attribute's value; null if it is missing.
+  /// Returns the attribute's value; null if it is missing.
   [[nodiscard]] const std::string* find(std::string_view attribute) const;
-  /// The same, or an empty text.
+  /// Returns the attribute's value, or an empty text.
   [[nodiscard]] std::string text(std::string_view attribute) const;
-  /// The first child of this name; null if there is none.
+  /// Returns the first child of this name; null if there is none.
   [[nodiscard]] const XmlElement* child(std::string_view name) const;
 };
 
-/// The root of an XML file in UTF-8, which is trusted with nothing: it is read up to a depth of 200. Throws ReadError
-/// if there is no such file, and ConfigError with the line if it is no XML.
+/// Reads an XML file in UTF-8 and returns its root. The file is untrusted: it is read up to a depth of 200. Throws
+/// ReadError if there is no such file, and ConfigError with the line if it is no XML.
 [[nodiscard]] XmlElement read_xml(const std::filesystem::path& file);
 
 /// Throws ConfigError: "file:line: joint 'name': what".
 [[noreturn]] void refuse(const XmlElement& element, std::string_view what);
 
-/// The numbers of an attribute, between blanks: finite, and not beyond 1e6 in size. Nothing if it is missing. Throws
-/// ConfigError if they are not as many as asked for.
+/// Returns the numbers of an attribute, between blanks: finite, and at most 1e6 in size; nothing if it is missing.
+/// Throws ConfigError unless there are `least` to `most` of them.
 [[nodiscard]] std::optional<Eigen::VectorXd> numbers(const XmlElement& element, std::string_view attribute, int least,
                                                      int most);
 [[nodiscard]] std::optional<double> number(const XmlElement& element, std::string_view attribute);
 [[nodiscard]] std::optional<Eigen::Vector3d> vector3(const XmlElement& element, std::string_view attribute);
-/// A vector of length 1 in the direction of three numbers. Throws ConfigError if they are all zero.
+/// Returns a unit vector in the direction of three numbers. Throws ConfigError if they are all zero.
 [[nodiscard]] std::optional<Eigen::Vector3d> direction(const XmlElement& element, std::string_view attribute);
 
 }  // namespace thenar

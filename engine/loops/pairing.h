@@ -7,28 +7,30 @@
 
 namespace thenar {
 
-/// Brings together each contact tick of a threaded run and the control tick that made its frame. Their records come on
-/// two ways: a contact tick waits here until that of its frame, or a later one, has come.
+/// The pairing of each contact tick of a threaded run with the control tick that made its frame. Their records arrive
+/// separately: a contact tick waits here until that of its frame, or a later one, has arrived.
 class Pairing {
  public:
-  /// Receives each contact tick, in order, with the control tick of its frame; false: no more of them.
+  /// A function that receives each contact tick, in order, with the control tick of its frame; false ends this.
   using OnTick = std::function<bool(const ContactSample& tick, const ControlSample& control)>;
-  /// Receives each control tick, in order, before the first contact tick on its frame or a later one, which is `tick`.
+  /// A function that receives each control tick, in order, before the first contact tick on its frame or a later one,
+  /// which is `tick`.
   using OnControl = std::function<void(const ContactSample& tick, const ControlSample& control)>;
 
   explicit Pairing(OnTick on_tick, OnControl on_control = {});
 
-  /// Of the frame that the next contact tick uses, or one before: comes first, and where a grasp goes on with another.
+  /// Sets the control tick of the frame that the next contact tick uses, or one before: at the begin, and where a grasp
+  /// continues with another.
   void start(const ControlSample& control) {
     control_.clear();
     in_use_ = control;
   }
   void add(const ContactSample& sample);
   void add(const ControlSample& sample);
-  /// Gives the ticks that wait, and whose control ticks did not come.
+  /// Passes on the waiting ticks, whose control ticks did not arrive.
   void finish() { give(true); }
 
-  /// Of the frame of the last contact tick given.
+  /// Returns the control tick of the frame of the last contact tick passed on.
   [[nodiscard]] const ControlSample& in_use() const { return in_use_; }
 
  private:
@@ -38,7 +40,7 @@ class Pairing {
   OnTick on_tick_;
   OnControl on_control_;
   std::deque<ContactSample> contact_;
-  std::deque<ControlSample> control_;  // of frames that no tick given has used yet
+  std::deque<ControlSample> control_;  // of frames not yet used by a tick passed on
   ControlSample in_use_;
   bool ended_ = false;
 };

@@ -5,7 +5,7 @@
 
 namespace thenar {
 
-/// One number of every thing: a member of it, or what a function says of it.
+/// Collects one number of every item: a member, or a function's value.
 template <typename Things, typename Get>
 [[nodiscard]] std::vector<double> collect(const Things& things, Get get) {
   std::vector<double> values;
@@ -14,22 +14,22 @@ template <typename Things, typename Get>
   return values;
 }
 
-/// The q-percentile of a sample, 0 <= q <= 1, by nearest rank: the smallest value that at least the share q of the
-/// sample does not exceed, so always a value of the sample and never below the truth for lack of data. q = 1 is the
-/// maximum. NaN of an empty sample.
+/// Returns the q-percentile of a sample, 0 <= q <= 1, by nearest rank: the smallest value that at least the share q of
+/// the sample does not exceed, so always a value of the sample and never below the truth for lack of data. q = 1 is the
+/// maximum. NaN for an empty sample.
 ///
 /// Requires  `sorted` in ascending order, without NaN.
 [[nodiscard]] double percentile(const std::vector<double>& sorted, double q);
 
-/// What is told of a latency: where half, 99 % and 99.9 % of the sample end, and its largest value.
+/// The statistics of a latency: the 50, 99 and 99.9 % percentiles of the sample, and its largest value.
 struct Percentiles {
-  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< NaN of an empty sample.
+  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< NaN for an empty sample.
 };
 
-/// NaN of an empty sample.
+/// Returns the mean; NaN for an empty sample.
 [[nodiscard]] double mean(const std::vector<double>& values);
 
-/// Sorts its own copy of the sample. Values that are not finite are left out.
+/// Computes the percentiles of a sample. Values that are not finite are left out.
 [[nodiscard]] Percentiles percentiles(std::vector<double> values);
 
 }  // namespace thenar

@@ -5,23 +5,22 @@
 
 namespace thenar {
 
-/// The records of one thread on their way to another, in a ring of fixed size that neither side waits for.
+/// A ring of records from one thread to another, of fixed size; neither side waits.
 template <class Record>
 class Records {
  public:
-  /// Has room for so many. Takes all memory: what a copy of a record takes by itself is not included.
+  /// Allocates room for so many records, without memory that a copy of a record allocates itself.
   Records(std::size_t room, const Record& blank) : ring_(room) {
-    // Every page is used once, so that the thread that records need not be the first.
+    // Touches every page once, so that the recording thread need not.
     while (ring_.push(blank)) {
     }
     ring_.reset();
   }
 
-  /// Writer: false if there is no room.
+  /// Writer: adds a record; false if there is no room.
   bool keep(const Record& record) { return ring_.push(record); }
 
-  /// Reader: gives every record that is there to `receive`, in order. One at whose receipt it throws stays, and so do
-  /// those behind it.
+  /// Reader: passes all present records to `receive`, in order. If it throws, that record and those behind it stay.
   template <class Receive>
   void drain(const Receive& receive) {
     // Not by Boost's consume_all, which destroys one record after another and moves on when it has done all: after an

@@ -6,12 +6,12 @@
 
 namespace thenar {
 
-/// Values on their way from one thread to another, in order, in places of fixed number whose memory is taken once: for
-/// what is too large to be copied, or has memory of its own. Neither side waits.
+/// A ring of values from one thread to another, in order, in a fixed number of slots whose memory is allocated once:
+/// for values that are too large to copy, or own memory. Neither side waits.
 template <class Slot>
 class SlotRing {
  public:
-  /// `make()` gives a value that has all the memory it will need, and has touched it.
+  /// `make()` returns a value with all memory that it will need, already touched.
   template <class Make>
   SlotRing(std::size_t room, const Make& make) : ready_(room + 1), free_(room + 1) {
     slots_.reserve(room);
@@ -19,20 +19,20 @@ class SlotRing {
     for (Slot& slot : slots_) free_.push(&slot);
   }
 
-  /// Writer: a place to be filled; null if there is no room.
+  /// Writer: returns a slot to be filled; null if there is no room.
   [[nodiscard]] Slot* draft() noexcept {
     if (draft_ == nullptr && !free_.pop(draft_)) draft_ = nullptr;
     return draft_;
   }
-  /// Writer: passes on what the last draft() gave, which was not null.
+  /// Writer: passes on the slot of the last draft(), which was not null.
   void publish() noexcept {
-    ready_.push(draft_);  // It has room for all there are.
+    ready_.push(draft_);  // It has room for all slots.
     draft_ = nullptr;
   }
 
-  /// Reader: the oldest value; null if there is none. It stays the reader's until pop().
+  /// Reader: returns the oldest value; null if there is none. It belongs to the reader until pop().
   [[nodiscard]] const Slot* front() { return ready_.read_available() > 0 ? ready_.front() : nullptr; }
-  /// Reader: gives back what front() gave.
+  /// Reader: returns the slot of front() to the ring.
   void pop() {
     free_.push(ready_.front());
     ready_.pop();

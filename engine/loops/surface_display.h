@@ -7,17 +7,17 @@
 
 namespace thenar {
 
-/// Shows a pulp's deformation at every sample of its surface: the displacement of a sample is a weighted mean of those
-/// of its ten nearest control points [27], with Gaussian weights of one control spacing that sum to 1. In single
-/// precision: for eyes, not for physics.
+/// The display of a pulp's deformation at every sample of its surface: the displacement of a sample is a weighted mean
+/// of those of its ten nearest control points [27], with Gaussian weights of one control spacing that sum to 1. In
+/// single precision: for display, not for physics.
 ///
-/// Method: samples that are neighbours share most of their control points. Eight at a time, as they lie in the tree,
-/// are a small dense product with all the control points that one of them needs.
+/// Method: neighbouring samples share most of their control points. Each eight in the tree's order are a small dense
+/// product with all control points that one of them needs.
 class SurfaceDisplay {
  public:
   explicit SurfaceDisplay(const Pulp& pulp);
 
-  /// Displacement of every sample [m], distal frame: samples x 3, leaf after leaf: row i is that of sample
+  /// Computes the displacement of every sample [m], distal frame: samples x 3, leaf after leaf: row i is that of sample
   /// pulp.order[i]. It is overwritten by the next call.
   /// `u_m` is the state's deformation, control points x 3; the surface moves by -u.
   /// Does not allocate.
@@ -32,10 +32,10 @@ class SurfaceDisplay {
                  const Eigen::Matrix<float, kNeighbours, kLanes>& weight);
 
   Eigen::Index samples_;
-  // Of each block, one after the other: its control points, and what each of them weighs at the block's samples.
+  // For each block in sequence: its control points, and their weights at the block's samples.
   std::vector<int> control_;
   std::vector<Lanes> weight_;
-  std::vector<std::size_t> begin_;  ///< Of the blocks, and the end.
+  std::vector<std::size_t> begin_;  ///< Begins of the blocks, and the end.
   Eigen::Matrix3Xf control_displacement_;
   Eigen::MatrixX3f displacement_;  ///< Whole blocks.
 };

@@ -7,10 +7,10 @@
 
 namespace thenar {
 
-/// What a hand can give, in words for a terminal, beside what people can.
+/// Describes the capacity of a hand for a terminal, beside that of people.
 [[nodiscard]] std::string capacity_text(const HandGrip& grip, const HandCapacity& capacity);
 
-/// The same as numbers: docs/guide/hands.md.
+/// Returns the same as numbers: docs/guide/hands.md.
 [[nodiscard]] nlohmann::ordered_json capacity_json(const HandGrip& grip, const HandCapacity& capacity);
 
 }  // namespace thenar

@@ -8,12 +8,12 @@
 
 namespace thenar {
 
-/// The most bounded forces, and variables in all: what a hand of 64 muscles and five fingers has.
+/// Largest numbers of bounded forces, and of all variables: those of a hand with 64 muscles and five fingers.
 inline constexpr Eigen::Index kMaxBounded = 64, kMaxLimitSize = 80;
 
 /// A linear program over forces that pull, forces in friction cones and numbers that are free,
 ///     max c.x,   E x = 0,   0 <= x_j <= most_j for the first ones,   |x_t| <= mu x_n for each cone.
-/// x = 0 always keeps it.
+/// x = 0 is always feasible.
 struct ForceProgram {
   Eigen::MatrixXd E;                ///< Rows may depend on others.
   Eigen::VectorXd c;                ///< At most kMaxLimitSize.
@@ -24,7 +24,7 @@ struct ForceProgram {
 
 enum class LimitStatus {
   kOptimal,
-  kUnbounded,  ///< Nothing stops c.x, or only at 1e4 times the largest bound.
+  kUnbounded,  ///< c.x is unbounded, or exceeds 1e4 times the largest bound.
   kUnproved,   ///< No answer with a proof: rounding, or too many steps.
 };
 
@@ -32,20 +32,19 @@ struct ForceLimit {
   LimitStatus status = LimitStatus::kUnproved;
   double value = 0.0;  ///< c.x
   Eigen::VectorXd x;
-  /// What one more of each bound gives, >= 0: the dual. Its value, prices.most, is c.x at the optimum.
+  /// The dual, >= 0: gain of c.x per unit of each bound. Its value, prices.most, is c.x at the optimum.
   Eigen::VectorXd price;
-  /// How far x and the prices are from proving each other, as a share of the largest bound, and of |c|: bounds, planes,
+  /// Error of x and the prices as a proof of each other, relative to the largest bound, and to |c|: bounds, planes,
   /// equations, the dual's equations and signs, and the gap between primal and dual.
   double residual = std::numeric_limits<double>::infinity();
 };
 
-/// Finds it between planes that touch the cones, of which each cone that its force leaves gets one more, until none is
-/// left by more than 1e-7 of the largest bound. With planes it is a linear program, solved by points that are nearest
-/// to the last one plus t c [Rockafellar 1976, which ends after finitely many], each by the dual active set
-/// (solvers/dual_active_set.h). The prices are those with which the rows where it stops make c, by least squares. t
-/// grows until they prove it.
+/// Solves the program with planes tangent to the cones; each cone that its force leaves gets one more, until none is
+/// left by more than 1e-7 of the largest bound. With planes it is a linear program, solved by the points nearest to the
+/// last one plus t c [Rockafellar 1976, finite], each by the dual active set (solvers/dual_active_set.h). The prices
+/// are the least-squares combination of the active rows to c; t increases until they prove the optimum.
 ///
-/// Accuracy  residual <= 1e-9 between planes: primal and dual are alike to that.
+/// Accuracy  residual <= 1e-9 between planes: primal and dual agree to that.
 /// Cost      a millisecond for 40 variables.
 [[nodiscard]] ForceLimit find_force_limit(const ForceProgram& program);
 

@@ -10,43 +10,43 @@
 
 namespace thenar {
 
-/// A hand in a posture, and where its fingers act.
+/// A hand in a posture, with the contacts of its fingers.
 struct HandGrip {
   const Hand& hand;
   HandPose pose;
-  std::vector<GraspContact> contacts;                  ///< One a finger.
+  std::vector<GraspContact> contacts;                  ///< One per finger.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< The point of the object that torques are taken about.
 };
 
-/// That of a scene's start: fingers act where the controller takes them to act.
+/// Returns the grip at a scene's start, with the controller's contacts.
 [[nodiscard]] HandGrip grip_at_start(const Model& model);
 
 /// A muscle at its largest force.
 struct LimitingMuscle {
   int muscle = 0;
-  double gain = 0.0;   ///< What 1 N more of it gives [N/N].
-  double share = 0.0;  ///< Of the force: gain times the muscle's largest force, over it. All together make 1.
+  double gain = 0.0;   ///< Gain of force per newton of it [N/N].
+  double share = 0.0;  ///< Share of the force: gain times the muscle's largest force, over it. The sum is 1.
 };
 
-/// The largest force of a kind that muscles can give, with tau = H f - J' f_c = 0 in all joints, 0 <= f <= max_force:
-/// at rest, without gravity, and joints that their muscles alone hold.
+/// The largest force of a kind by the muscles, with tau = H f - J' f_c = 0 in all joints, 0 <= f <= max_force: at rest,
+/// without gravity, with joints held by muscles alone.
 struct LargestForce {
-  LimitStatus status = LimitStatus::kUnproved;  ///< Unbounded: bones alone carry it.
+  LimitStatus status = LimitStatus::kUnproved;  ///< kUnbounded: bones alone carry it.
   double force_N = 0.0;
   Eigen::VectorXd muscles_N;
-  Eigen::Matrix3Xd contacts_N;           ///< On the object, world axes: a column a finger.
-  std::vector<LimitingMuscle> limiting;  ///< The muscles with a price, that of the largest gain first.
+  Eigen::Matrix3Xd contacts_N;           ///< On the object, world axes: a column per finger.
+  std::vector<LimitingMuscle> limiting;  ///< The muscles with a price, the largest gain first.
   double residual = 0.0;                 ///< See ForceLimit.
 };
 
-/// The largest normal force of the first finger in which all fingers squeeze an object that stays in balance, each
+/// Computes the largest normal force of the first finger in a pinch of all fingers on an object in equilibrium, each
 /// within its friction cone.
 [[nodiscard]] LargestForce largest_pinch(const HandGrip& grip, double friction);
 
-/// The largest force of a finger in this direction (world, unit), exactly: nothing across it.
+/// Computes the largest force of a finger in exactly this direction (world, unit).
 [[nodiscard]] LargestForce largest_along(const HandGrip& grip, int finger, const Eigen::Vector3d& direction);
 
-/// The largest normal force of a finger, with any tangential force within its friction cone.
+/// Computes the largest normal force of a finger, with any tangential force within its friction cone.
 [[nodiscard]] LargestForce largest_normal(const HandGrip& grip, int finger, double friction);
 
 /// A direction in which a finger presses.
@@ -57,10 +57,10 @@ struct PressDirection {
 };
 
 struct FingerCapacity {
-  LargestForce normal;                    ///< Along the contact's normal, nothing across,
-  LargestForce normal_with_friction;      ///< and with friction.
-  std::vector<PressDirection> ring;       ///< In the plane of its last joint, every 30 degrees.
-  LargestForce along_axis, against_axis;  ///< Across that plane: along the last joint's axis.
+  LargestForce normal;                    ///< Along the contact's normal, without tangential force.
+  LargestForce normal_with_friction;      ///< Along the normal, with friction.
+  std::vector<PressDirection> ring;       ///< Forces in the plane of its last joint, every 30 degrees.
+  LargestForce along_axis, against_axis;  ///< Perpendicular to that plane: along the last joint's axis.
 };
 
 struct HandCapacity {

@@ -11,27 +11,27 @@
 
 namespace thenar {
 
-/// Who looks on while a model is made ready.
+/// Callbacks while a model is loaded.
 struct ModelWatch {
-  StartWatch begins = {};  ///< As build_model() has it.
-  /// Is called with the whole model, before `model: auto` runs it to find what it needs: it may refuse to go on by an
-  /// exception, and change the control period.
+  StartWatch begins = {};  ///< See build_model().
+  /// Called with the whole model, before `model: auto` runs it to find the needed parts: it may throw to end this, and
+  /// change the control period.
   std::function<void(Model&)> is_whole = {};
 };
 
-/// The model that a scene asks for: build_model() and, for `model: auto`, as_needed(). Every program runs this one;
-/// only what compares models with and without their parts builds them itself.
-/// Throws ConfigError or FileError where the scene makes no model.
+/// Loads a scene's model: build_model() and, for `model: auto`, as_needed(). Every program runs this one; only
+/// comparisons of models with and without parts build them directly. Throws ConfigError or FileError for an invalid
+/// scene.
 [[nodiscard]] Model load_model(Scene scene, const ModelWatch& watch = {});
 
-/// That of a scene file with changes, as after --set.
+/// Loads the model of a scene file with changes, as after --set.
 [[nodiscard]] Model load_model(const std::filesystem::path& scene, const std::vector<std::string>& changes = {},
                                const ModelWatch& watch = {});
 
-/// The same, sooner: what a known model has that the scene has, too, is taken of it, as build_model() does.
+/// Loads a scene's model faster, with parts of a known model that the scene shares, as build_model() does.
 [[nodiscard]] Model load_model(Scene scene, Model known);
 
-/// For what is all about a part. Throws ConfigError where the model does not have it, for `model: auto` left it out.
+/// Throws ConfigError if the model does not have the part, as `model: auto` left it out: for studies of that part.
 void require_part(const Model& model, Part part, const std::filesystem::path& scene);
 
 }  // namespace thenar

@@ -15,7 +15,7 @@
 
 namespace thenar {
 
-/// What a scene models beyond rigid bodies that touch at points and a hand that knows all, and could do without.
+/// An optional part of a model, beyond rigid bodies with point contacts and a hand that knows all.
 enum class Part {
   kFingertips,  ///< Deformation of the fingertips, and of the object with it: without, a rigid contact point each, and
                 ///< the controller knows that they are rigid.
@@ -26,30 +26,30 @@ enum class Part {
   kFingertipMemory,
   kStiffening,
   kPulpShape,  ///< Ellipsoids and capsules: without, spheres that touch where the pulps face, as round as these are.
-  kTouch,      ///< What fingertips feel: without, no reflex, and cones of the friction that is expected.
+  kTouch,      ///< Tactile signals of fingertips: without, no reflex, and cones of the expected friction.
   kReflex,
   kAnticipation,
   kFeedbackDelay,
-  kMuscleStiffness,  ///< Without, muscles give the forces that they are asked for, however long they are.
+  kMuscleStiffness,  ///< Without, muscles give the commanded forces at any length.
   kActivation,       ///< Without, at once.
-  kEnvironment,      ///< What it does to the object counts as a finger's force does.
+  kEnvironment,      ///< Its forces on the object count as those of a finger.
 };
-/// Those that save most first: so they are tried.
+/// The parts in the order of trials: those that save most first.
 inline constexpr std::array kParts{
     Part::kFingertips,      Part::kSoftObject,    Part::kDetail,          Part::kMuscles,    Part::kObjectMemory,
     Part::kFingertipMemory, Part::kStiffening,    Part::kPulpShape,       Part::kTouch,      Part::kReflex,
     Part::kAnticipation,    Part::kFeedbackDelay, Part::kMuscleStiffness, Part::kActivation, Part::kEnvironment};
 
-/// In words, with the scene's key: "muscles (control.muscles)".
+/// Describes a part, with the scene's key: "muscles (control.muscles)".
 [[nodiscard]] const char* to_string(Part part);
 
-/// Whether the scene names the part.
+/// Tests whether the scene has the part.
 [[nodiscard]] bool has(const Scene& scene, Part part);
 
-/// The scene as if it had not named the part.
+/// Returns the scene without the part.
 [[nodiscard]] Scene leave_out(Scene scene, Part part);
 
-/// Where the object was and what fingers and environment did to it, tick by tick: lists of one length.
+/// The pose of the object and the forces of fingers and environment on it, tick by tick: lists of one length.
 struct GraspPath : Watcher {
   std::vector<Eigen::Isometry3d> X_WO;
   std::vector<FingerForces> force_N;  ///< On the object, world axes.
@@ -59,61 +59,61 @@ struct GraspPath : Watcher {
   bool see_tick(const Tick& tick) override;
 };
 
-/// How far one path is off another, in the ticks that both have from `first` on.
+/// The deviation of one path from another, over their common ticks from `first` on.
 struct PathDeviation {
   double position_rms_m = 0.0, position_final_m = 0.0;
   double rotation_rms_rad = 0.0, rotation_final_rad = 0.0;
-  double force = 0.0;   ///< rms of what the forces differ by, all together, over that of the reference's.
-  double moment = 0.0;  ///< Likewise of the patches' torsions, over the most that the reference's could carry: M_max.
-  double margin = 0.0;  ///< rms of what the margins of loaded fingers differ by; 1 where one path alone loads a finger.
+  double force = 0.0;   ///< rms of the force differences, all together, over that of the reference's.
+  double moment = 0.0;  ///< Likewise of the patches' torsions, over the largest that the reference could carry, M_max.
+  double margin = 0.0;  ///< rms of the margins' differences of loaded fingers; 1 where one path alone loads a finger.
 };
 [[nodiscard]] PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first);
 
-/// A scene run in one loop, as run_scene does. All but the time is the same for the same scene, to the last bit.
+/// A scene run in one loop, as by run_scene. All but the time is reproducible to the last bit.
 struct PathRun {
   GraspPath path;
   Verdict verdict;
-  bool ended = false;  ///< It came to the scene's end.
-  double us = 0.0;     ///< A tick takes: median contact tick, and as much of the median control tick as falls to each.
+  bool ended = false;  ///< True if it came to the scene's end.
+  double us = 0.0;     ///< Time per tick: median contact tick, and its share of the median control tick.
 };
 [[nodiscard]] PathRun run_path(const Model& model);
 
-/// What becomes of a scene without a part.
+/// The effect on a scene of leaving out a part.
 struct PartEffect {
   Part part = Part::kFingertips;
-  int level = 0;  ///< Of detail, without it.
+  int level = 0;  ///< Level of detail, without it.
   Verdict verdict;
-  PathDeviation error;  ///< Against the full model, once the grip has built up (kMeasuredFrom_s).
+  PathDeviation error;  ///< Relative to the full model, after the grip has built up (kMeasuredFrom_s).
   double us = 0.0;      ///< PathRun's.
-  bool alike = false;   ///< It came to its end with the same outcome.
-  bool within = false;  ///< And the error is within the scene's tolerance.
-  bool idle = false;    ///< Of the environment: nothing of it ever touches the object.
+  bool alike = false;   ///< True if it came to its end with the same outcome.
+  bool within = false;  ///< True if the error is within the scene's tolerance, too.
+  bool idle = false;    ///< For the environment: true if it never touches the object.
 };
 
-/// Is called before each run, with words that say which it is.
+/// A callback before each run, with its description.
 using OnRun = std::function<void(const std::string&)>;
 
-/// Runs a scene once without each part that it names. `full` is its own run.
+/// Runs a scene once without each of its parts. `full` is its own run.
 [[nodiscard]] std::vector<PartEffect> ablate(const Model& model, const PathRun& full, const OnRun& on_run = {});
 
-/// What is left of a scene if one part after the other is left out, in the order of kParts, as long as all that is left
-/// out together stays within the tolerance. Errors decide, not times: the same scene keeps the same parts.
+/// The needed parts of a scene: parts are left out in the order of kParts, as long as the error of all omissions
+/// together stays within the tolerance. Errors decide, not times: the same scene keeps the same parts.
 struct NeededParts {
   Scene scene;
-  /// Each together with those before it that are within: of levels the coarsest that is, and the finest that is not.
+  /// Effects, each together with the accepted ones before it; of levels the coarsest accepted and the finest rejected.
   std::vector<PartEffect> tried;
 };
 [[nodiscard]] NeededParts needed_parts(const Model& model, const PathRun& full, const OnRun& on_run = {});
 
-/// to_string(), and how far detail goes: "level of detail (contact.level) to 4".
+/// Returns to_string(), and the level of detail: "level of detail (contact.level) to 4".
 [[nodiscard]] std::string title(const PartEffect& effect);
-/// The rms: "2.1 um, 0.0029 deg, forces 0.21 %, moments 1.3 %, margins 0.002".
+/// Describes the rms: "2.1 um, 0.0029 deg, forces 0.21 %, moments 1.3 %, margins 0.002".
 [[nodiscard]] std::string in_words(const PathDeviation& error);
-/// How far the scene is off, or how else it ends.
+/// Describes the error of the scene, or its other outcome.
 [[nodiscard]] std::string in_words(const PartEffect& effect);
 
-/// The model as its scene wants it: as it is or, for `model: auto`, with the needed parts, and Scene::left_out says
-/// which were left out or not, and why. Then it runs the scene several times.
+/// Returns the model unchanged or, for `model: auto`, with the needed parts, and the reasons in Scene::left_out. In
+/// that case it runs the scene several times.
 [[nodiscard]] Model as_needed(Model model);
 
 }  // namespace thenar

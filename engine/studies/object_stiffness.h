@@ -10,84 +10,84 @@
 
 namespace thenar {
 
-/// What may act while a grasp is probed.
+/// The actuation while a grasp is probed.
 enum class Acting {
-  kMuscles,  ///< Excitations stay as they are: muscles have their forces and their stiffness, and no law acts.
-  kControl,  ///< The control law goes on.
+  kMuscles,  ///< Constant excitations: muscles have their forces and their stiffness, and no law acts.
+  kControl,  ///< The control law continues.
 };
 
-/// A grasp at a time of its scene, as a run that goes on from there with contacts solved to 1e-9.
+/// A grasp at a time of its scene, as a run that continues from there with contacts solved to 1e-9.
 struct GraspAt {
-  /// Runs the scene until then, in one loop; what its task does then stays as it is. Needs muscles that have stiffness.
+  /// Runs the scene until then, in one loop, and freezes its task. Requires muscles with stiffness.
   GraspAt(const Model& of, double at_s, Acting acting);
 
   Model model;
   GraspRun run;
 };
 
-/// A copy of a run with a control tick done on its state: the run itself goes on as if nobody had looked.
+/// A copy of a run after a control tick on its state; the run itself is not affected.
 struct SeenRun {
   explicit SeenRun(const GraspRun& run);
 
-  /// Of what the contacts bear at these places of theirs.
+  /// Returns the stiffness by the contacts' loads at these places.
   [[nodiscard]] GraspStiffness grasp(std::span<const ContactPlace> places) const;
 
   GraspRun at;
   HandPose pose;
 };
 
-/// A stiffness about the point where turning and moving the object depend on one another the least.
+/// A stiffness about the point with the least coupling of rotation and translation.
 struct CentredStiffness {
-  /// c, for which K_tt^-1 K_tr + [c]x has no antisymmetric part; from the origin. Zero where K_tt is not positive.
+  /// c, for which K_tt^-1 K_tr + [c]x has no antisymmetric part; from the origin. Zero if K_tt is not positive.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   bool has_centre = false;
-  Eigen::Vector3d translation_N_per_m, rotation_Nm_per_rad;  ///< Eigenvalues of both blocks there, rising.
+  Eigen::Vector3d translation_N_per_m, rotation_Nm_per_rad;  ///< Eigenvalues of both blocks there, ascending.
   Eigen::Matrix3d translation_axes, rotation_axes;           ///< Their directions, as columns.
 };
 
-/// Of a stiffness about the object's origin, in whatever axes it is in. Symmetric parts count.
+/// Centres the symmetric part of a stiffness about the object's origin, in any axes.
 [[nodiscard]] CentredStiffness centred(const Matrix6d& K);
 
-/// What moves most in a mode, by what viscosity takes.
+/// The main motion of a mode, by viscous dissipation.
 enum class Moving { kTranslation, kRotation, kFinger };
 
-/// A way in which the whole grasp comes back, or goes away, as exp(-rate t).
+/// A mode of the whole grasp, which decays or grows as exp(-rate t).
 struct GraspMode {
-  double rate_per_s = 0.0;        ///< Negative: it turns away.
-  double swings_rad_per_s = 0.0;  ///< 0: it does not swing.
+  double rate_per_s = 0.0;        ///< Negative: unstable.
+  double swings_rad_per_s = 0.0;  ///< Angular frequency; 0: no oscillation.
   Moving moving = Moving::kTranslation;
-  int finger = 0;                                    ///< That moves, if it is one.
-  double share = 0.0;                                ///< Of what viscosity takes.
-  Eigen::Vector3d axis_O = Eigen::Vector3d::Zero();  ///< Unit: along or about it, if it is the object.
+  int finger = 0;                                    ///< Moving finger, if it is one.
+  double share = 0.0;                                ///< Share of the viscous dissipation.
+  Eigen::Vector3d axis_O = Eigen::Vector3d::Zero();  ///< Unit axis of the object's motion, if it is the object.
   /// Amplitude of the mode in a motion z = (object's origin, rotation, joints; world axes): measure' z.
   Eigen::VectorXcd measure;
-  Vector6d pushed_by = Vector6d::Zero();  ///< Real part of what a wrench on the object makes of that in a second.
+  Vector6d pushed_by = Vector6d::Zero();  ///< Real part of the amplitude's rate by a wrench on the object.
 };
 
-/// What muscles are asked for.
+/// The commanded muscle forces.
 struct MuscleEffort {
   double sum_N = 0.0;
-  int largest = 0;     ///< That with the largest share
-  double share = 0.0;  ///< of its largest force.
+  int largest = 0;     ///< Muscle with the largest share.
+  double share = 0.0;  ///< Share of its largest force.
 };
 
-/// The stiffness of a grasp, as its contacts and muscles make it. See GraspStiffness.
+/// The stiffness of a grasp by its contacts and muscles. See GraspStiffness.
 struct PredictedStiffness {
   Matrix6d K_O;  ///< About the object's origin, its axes [N/m, N/rad; N, N m/rad].
   int contacts = 0, sliding = 0;
   PerFinger<double> joints_Nm_per_rad;  ///< Least eigenvalue of each D_k + M_k, object clamped; symmetric part.
-  std::vector<GraspMode> modes;         ///< The slowest, or the one that goes away fastest, first.
+  std::vector<GraspMode> modes;         ///< The slowest, or the one that grows fastest, first.
   MuscleEffort effort;
   Eigen::Isometry3d X_WO;
 
-  /// The slowest mode, or the one that goes away fastest. Of a grasp with contacts.
+  /// Returns the slowest mode, or the one that grows fastest. Requires contacts.
   [[nodiscard]] const GraspMode& slowest() const { return modes.front(); }
   [[nodiscard]] bool is_stable() const { return slowest().rate_per_s > 0.0; }
 };
 
-/// Of a run's state: the muscles with the forces that they have there,
+/// Predicts the stiffness at a run's state, with the present muscle forces.
 [[nodiscard]] PredictedStiffness predict_stiffness(const GraspRun& run);
-/// or with others [N], one a muscle, which drive the joints as those do.
+/// Predicts the stiffness with other forces [N], one per muscle, that give the same joint torques.
 [[nodiscard]] PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& forces_N);
 
 }  // namespace thenar

@@ -6,19 +6,20 @@
 
 namespace thenar {
 
-/// What a reflex can hold before a finger has slid by what task.lost forgives, or by its pulp's radius.
+/// The largest disturbances that a reflex can hold before a finger has slid by the allowance of task.lost, or by its
+/// pulp's radius.
 struct ReflexReach {
-  double load_N = 0.0;             ///< The largest load step,
-  bool of_push = false;            ///< along the scene's push, or else along the weight.
-  double answer_s = 0.0;           ///< From that step to the answer.
-  std::optional<double> friction;  ///< The least friction that a step may end at; where friction is felt.
-  double slip_m = 0.0;             ///< What is forgiven.
+  double load_N = 0.0;             ///< Largest load step.
+  bool of_push = false;            ///< True if along the scene's push, else along the weight.
+  double answer_s = 0.0;           ///< Time from that step to the response.
+  std::optional<double> friction;  ///< Least friction at the end of a step, if friction is sensed.
+  double slip_m = 0.0;             ///< Allowed slip.
 };
 
-/// Of the scene's start, by first-order mechanics: what friction does not hold, X, slides at X / b until the grip has
-/// risen, where b is what the object's and the fingers' viscosity hold against the slide. A step of friction is
-/// answered a latency later by a grip that rises with the fingers' own lag, a step of load by the reflex's pulse.
-/// Nothing: the scene has no reflex, or the fingers do not hold it at rest.
+/// Computes the reach at the scene's start, by first-order mechanics: the load X beyond friction slides at X / b until
+/// the grip has risen, with b the viscosity of object and fingers against the slide. The response to a step of friction
+/// is, a latency later, a grip that rises with the fingers' own lag; to a step of load, the reflex's pulse. Nothing:
+/// the scene has no reflex, or the fingers do not hold it at rest.
 [[nodiscard]] std::optional<ReflexReach> reflex_reach(const Model& model);
 
 }  // namespace thenar

@@ -9,16 +9,16 @@
 
 namespace thenar {
 
-/// A study of a scene's stiffness in words,
+/// Describes a study of a scene's stiffness.
 [[nodiscard]] std::string stiffness_text(const Scene& scene, const StiffnessStudy& study);
-/// and all its figures.
+/// Returns all its results.
 [[nodiscard]] nlohmann::ordered_json stiffness_json(const Scene& scene, const StiffnessStudy& study);
 
-/// What is in the way of more: "rotation about (0.98, 0.10, -0.17) ends it, with APL, EPB at their limits".
+/// Describes the limit of stiffness: "rotation about (0.98, 0.10, -0.17) ends it, with APL, EPB at their limits".
 [[nodiscard]] std::string end_in_words(const Hand& hand, const StiffnessReport& beyond);
-/// What muscles could make of a grasp in words, a line each,
+/// Describes the range of a grasp's stiffness, line by line.
 [[nodiscard]] std::vector<std::string> range_lines(const Hand& hand, const StiffnessRange& range);
-/// and all figures of it.
+/// Returns the range as numbers.
 [[nodiscard]] nlohmann::ordered_json range_json(const Hand& hand, const StiffnessRange& range);
 
 }  // namespace thenar

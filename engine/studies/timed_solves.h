@@ -7,18 +7,18 @@
 
 namespace thenar {
 
-/// How often a problem is solved for its times: until one of the two is spent, and once at least.
+/// The limits of repeated solves for timing: until one of the two is spent, and at least once.
 struct Repetition {
   int most = 100;
   double time_s = 1.0;
 };
 
-/// Collects the times of solves.
+/// A collector of the times of solves.
 class SolveTimes {
  public:
   explicit SolveTimes(const Repetition& repetition) : repetition_(repetition) {}
 
-  /// Whether to go on: a solve that warmed the machine up counts only where there is no time for another one.
+  /// Tests whether to continue: the warm-up solve counts only if there is no time for another one.
   [[nodiscard]] bool goes_on() const {
     const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     return std::ssize(us_) < repetition_.most && spent_s < repetition_.time_s;
@@ -33,7 +33,7 @@ class SolveTimes {
     us_.push_back(timed_us(solve));
   }
 
-  /// Microseconds of each solve.
+  /// Returns the microseconds of each solve.
   [[nodiscard]] const std::vector<double>& us() const { return us_.empty() ? warm_us_ : us_; }
 
  private:
@@ -49,7 +49,7 @@ class SolveTimes {
   std::vector<double> us_, warm_us_;
 };
 
-/// Microseconds of solves, after one that warms the machine up. `reset` comes before each, and is not timed.
+/// Returns the microseconds of solves, after a warm-up solve. `reset` is called before each, untimed.
 template <typename Reset, typename Solve>
 std::vector<double> time_solves(const Repetition& repetition, Reset reset, Solve solve) {
   SolveTimes times(repetition);

@@ -15,13 +15,13 @@ using SixWide = Eigen::Array<double, 8, 1>;
 /// A symmetric matrix of up to six rows.
 using SmallSymmetric = std::array<SixWide, 6>;
 
-/// Turns a symmetric matrix X = sum of its entries on the orthonormal rows of E towards its eigenvectors, by Jacobi's
-/// rotations until what is off the diagonal is rounding, or below `left` or a `part` of the least value, if that is
-/// below zero: rows of E, values on X's diagonal.
+/// Diagonalises a symmetric matrix X, given on the orthonormal rows of E, by Jacobi's rotations until the entries off
+/// the diagonal are rounding, or below `left` or a `part` of the least value if that is negative. Out: eigenvectors in
+/// the rows of E, values on X's diagonal.
 inline void diagonalise(int n, double left, SmallSymmetric& X, SmallSymmetric& E, double part = 0.0) noexcept {
   constexpr double kRounding = 1e-15;
   constexpr int kMostSweeps = 12;
-  std::array<std::array<double, 6>, 6> x;  // Numbers that are stored one by one are had one by one.
+  std::array<std::array<double, 6>, 6> x;  // Scalars, for numbers that are stored one by one load slowly as vectors.
   for (int i = 0; i < n; ++i) {
     for (int c = 0; c < n; ++c) x[i][c] = X[i][c];
   }
@@ -60,14 +60,14 @@ inline void diagonalise(int n, double left, SmallSymmetric& X, SmallSymmetric& E
   for (int i = 0; i < n; ++i) X[i][i] = x[i][i];
 }
 
-/// e' S e'' for rows of E.
+/// Returns e' S e'' for rows of E.
 inline double between(int n, const SixWide& a, const SmallSymmetric& S, const SixWide& b) noexcept {
   SixWide S_b = SixWide::Zero();
   for (int i = 0; i < n; ++i) S_b += b[i] * S[i];
   return (a * S_b).sum();
 }
 
-/// E S E'
+/// Returns E S E'.
 inline SmallSymmetric turned(int n, const SmallSymmetric& S, const SmallSymmetric& E) noexcept {
   SmallSymmetric X;
   for (int b = 0; b < n; ++b) {
@@ -79,7 +79,7 @@ inline SmallSymmetric turned(int n, const SmallSymmetric& S, const SmallSymmetri
   return X;
 }
 
-/// Whether S + shift I is positive definite, by its Cholesky factor.
+/// Tests whether S + shift I is positive definite, by its Cholesky factor.
 inline bool is_positive(int n, SmallSymmetric S, double shift) noexcept {
   for (int k = 0; k < n; ++k) {
     const double pivot = S[k][k] + shift;
@@ -98,8 +98,8 @@ inline SmallSymmetric unit_rows() noexcept {
   return E;
 }
 
-/// A problem in lanes, one a muscle; the squeeze, times the root of its weight, is the lane after them. The six rows
-/// are on `length_m`, and K_des is in A.
+/// A problem in lanes, one per muscle, then one for the internal force s times the root of its weight. The six rows are
+/// scaled by `length_m`, and A includes -K_des.
 template <int kSize>
 struct StiffModel {
   using Lanes = Eigen::Array<double, kSize, 1>;
@@ -115,13 +115,13 @@ struct StiffModel {
   std::array<Lanes, kMaxJoints> row;  ///< row.x = tau
   std::array<double, kMaxJoints> tau;
   std::array<Lanes, kPairs> stiff;  ///< a a'
-  std::array<Lanes, kPairs> turn;   ///< G, and less D_1
-  std::array<Lanes, kPairs> dP;     ///< s' a a' - G at the last point; without tendons everywhere.
+  std::array<Lanes, kPairs> turn;   ///< G, then -D_1.
+  std::array<Lanes, kPairs> dP;     ///< s' a a' - G at the last point; constant without tendons.
   Lanes soft, tendon;               ///< s = x / (soft + tendon x)
   Lanes ddk;                        ///< s'' at the last point.
   bool has_tendons = false, has_squeeze = false;
   SmallSymmetric A, A_1;
-  std::array<SixWide, kMaxJoints> B, B_1;  ///< A row a joint.
+  std::array<SixWide, kMaxJoints> B, B_1;  ///< One row per joint.
   std::array<double, kPairs> D;
   double kappa = 0.0;
   double stiffness_scale = 0.0, posture_scale = 0.0;
@@ -140,16 +140,16 @@ struct StiffModel {
   void load_squeeze(const StiffSqueeze& squeeze, const Eigen::Array<double, 6, 1>& arms);
 };
 
-/// What a point has of stiffness.
+/// The stiffness at a point x.
 template <int kSize>
 struct StiffPoint {
   using Lanes = typename StiffModel<kSize>::Lanes;
 
   std::array<std::array<double, kMaxStiffJoints>, kMaxJoints> P, L;  ///< D_k + M_k, and its Cholesky factor.
   std::array<double, kMaxJoints> over_pivot;                         ///< 1 / L(i, i)
-  std::array<SixWide, kMaxJoints> B, W;                              ///< B_k', and L^-1 of it.
+  std::array<SixWide, kMaxJoints> B, W;                              ///< B_k', and L^-1 B_k'.
   SmallSymmetric S;                                                  ///< K_o - K_des
-  bool is_definite = false;                                          ///< All P are; else W and S are not set.
+  bool is_definite = false;  ///< True if all P are positive definite; else W and S are not set.
 
   void look(StiffModel<kSize>& model, const Lanes& x);
 
@@ -164,7 +164,7 @@ struct StiffPoint {
     return S_k;
   }
 
-  /// z = P^-1 B' e of all joints.
+  /// Computes z = P^-1 B' e of all joints.
   void motion(const StiffModel<kSize>& model, const SixWide& e, double* z) const {
     for (int k = 0; k < model.fingers; ++k) {
       const auto& finger = model.finger[k];
@@ -177,7 +177,7 @@ struct StiffPoint {
   }
 };
 
-/// y' dM_k y'' for finger k, added to g.
+/// Adds y' dM_k y'' of finger k to g.
 template <int kSize>
 void add_bend(const StiffModel<kSize>& model, int k, const double* y, const double* y_2,
               typename StiffModel<kSize>::Lanes& g) noexcept {
@@ -188,7 +188,7 @@ void add_bend(const StiffModel<kSize>& model, int k, const double* y, const doub
   }
 }
 
-/// e' dK_o e'' for directions with their motions z.
+/// Returns e' dK_o e'' for directions with their motions z.
 template <int kSize>
 typename StiffModel<kSize>::Lanes stiffness_slope(const StiffModel<kSize>& model, const SixWide& e, const double* z,
                                                   const SixWide& e_2, const double* z_2) noexcept {

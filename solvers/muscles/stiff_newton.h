@@ -4,7 +4,7 @@
 
 namespace thenar {
 
-/// A candidate for the optimum with what would prove it. Z is on `length_m`.
+/// A candidate for the optimum with its multipliers. Z is scaled by `length_m`.
 template <int kSize>
 struct StiffCandidate {
   typename StiffModel<kSize>::Lanes x;
@@ -14,9 +14,9 @@ struct StiffCandidate {
   double error = std::numeric_limits<double>::infinity();
 };
 
-/// Errors at which Newton's method ends.
+/// Errors at which Newton's method stops.
 struct NewtonEnd {
-  double enough, trusted;  ///< Where it stops, and up to where it may, if rounding leaves no more.
+  double enough, trusted;  ///< Error at which it stops, and at which it may if rounding prevents less.
   double unseen = 0.0;     ///< See StiffNewton::run.
 };
 
@@ -32,22 +32,22 @@ class StiffNewton {
 
   explicit StiffNewton(StiffModel<kSize>& model) : seed(unit_rows()), model_(model) {}
 
-  /// From a candidate; true if it became the optimum. After a step from an error below `unseen` it is not looked at
-  /// again: its proof will tell.
+  /// Iterates from a candidate; true if it became the optimum. The result of a step from an error below `unseen` is not
+  /// evaluated: its proof decides.
   bool run(StiffCandidate<kSize>& at, int steps, const NewtonEnd& end, int& iterations);
 
   SmallSymmetric seed;  ///< Orthonormal rows, best near the eigenvectors of the object's stiffness.
 
  private:
-  // Equations at most: of joints and of pairs of directions.
+  // Most equations: of joints and of pairs of directions.
   static constexpr int kMostRows = 64;
-  static constexpr int kStrip = 16;  // So many of them at a time.
+  static constexpr int kStrip = 16;  // Equations that are eliminated at a time.
   static constexpr double kDirections = 1e-3;
-  // Of each active direction with each joint, and with each direction that is not.
+  // Squares of each active direction with each joint, and with each inactive direction.
   static constexpr int kMostSquares = 6 * static_cast<int>(kMaxJoints) + 9 + 6 * kMaxStiffFingers;
   using Wide = Eigen::Array<double, kMostRows, 1>;
 
-  /// What a semidefinite condition is at a point.
+  /// A semidefinite condition at a point.
   struct Block {
     int finger = -1;  ///< -1: the object's.
     int size = 0, active = 0;
@@ -55,13 +55,13 @@ class StiffNewton {
     SmallSymmetric E, X;           ///< Eigenvectors of Z - c S, the active first; their values on the diagonal.
     SmallSymmetric S;              ///< S on them.
     std::array<double, 6> weight;  ///< The values.
-    // Joints' motions for each eigenvector, and for the active ones what they ask of the forces: dM z - dB'e.
+    // Joints' motions for each eigenvector, and for the active ones their derivatives by the forces: dM z - dB'e.
     std::array<std::array<double, kMaxJoints>, 6> z;
     std::array<std::array<Lanes, kMaxJoints>, 6> pull;
     std::array<std::array<int, 6>, 6> row;  ///< Of the equation of a pair of active ones; else the square of the pair.
   };
 
-  /// c m_a / |m_u|. Where nothing says which kind a direction is, it is held as if it were active.
+  /// c m_a / |m_u|. Where a direction is nearly of neither kind, it counts as active.
   static double kappa_of(const Block& block, int a, int u) {
     return block.c * block.weight[a] / std::max(-block.weight[u], 1e-8 * block.weight[a]);
   }
@@ -91,7 +91,7 @@ class StiffNewton {
   std::array<Block, kMaxStiffFingers + 1> blocks_;
   int block_count_ = 0;
   Lanes pull_;   ///< H'l + <Z, dK_o> + ..
-  Lanes shift_;  ///< To the bounds, of variables that are held there.
+  Lanes shift_;  ///< Steps to the bounds of variables that are held there.
   std::array<int, kSize> free_;
   int free_count_ = 0;
   // hessian = diagonal + sum of squares w w'; its diagonal has both.
@@ -99,8 +99,8 @@ class StiffNewton {
   int square_count_ = 0;
   Lanes curve_, diagonal_;
   std::array<Lanes, kMostRows> slopes_;
-  std::array<Lanes, kSize> hessian_;   ///< Of free variables, from its diagonal on.
-  std::array<double, kSize> inverse_;  ///< Of its pivots.
+  std::array<Lanes, kSize> hessian_;   ///< Rows of the free variables, from the diagonal on.
+  std::array<double, kSize> inverse_;  ///< Inverses of its pivots.
   std::array<Wide, kSize> equations_;  ///< By variables; the last column is the gradient.
   std::array<double, kMostRows> residual_;
   Lanes gradient_;
@@ -146,7 +146,7 @@ void StiffNewton<kSize>::prepare(Block& block, const SmallSymmetric& S, const Sm
   }
 }
 
-/// What an active direction asks of the forces.
+/// Computes `pull` of an active direction.
 template <int kSize>
 void StiffNewton<kSize>::ask(Block& block, int a) {
   const auto& z = block.z[a];
@@ -168,7 +168,7 @@ void StiffNewton<kSize>::ask(Block& block, int a) {
   for (int i = 0; i < model_.joints; ++i) pull[i][model_.muscles] -= (model_.B_1[i] * block.E[a]).sum();
 }
 
-/// e_a' dS e_b, of an active a.
+/// Returns e_a' dS e_b for an active a.
 template <int kSize>
 typename StiffNewton<kSize>::Lanes StiffNewton<kSize>::slope(const Block& block, int a, int b) const {
   Lanes g = Lanes::Zero();
@@ -184,7 +184,7 @@ typename StiffNewton<kSize>::Lanes StiffNewton<kSize>::slope(const Block& block,
   return g;
 }
 
-/// Stiffness, directions and error of the candidate; its Z and Y become positive semidefinite.
+/// Computes stiffness, directions and error of the candidate; makes its Z and Y positive semidefinite.
 template <int kSize>
 void StiffNewton<kSize>::evaluate(StiffCandidate<kSize>& at) {
   last_error_ = std::isfinite(at.error) ? at.error : 1.0;
@@ -234,7 +234,7 @@ void StiffNewton<kSize>::evaluate(StiffCandidate<kSize>& at) {
   at.error = std::isfinite(error) && at.x.isFinite().all() ? error : std::numeric_limits<double>::infinity();
 }
 
-/// The equations of pairs of active directions, and what ties Z between the two kinds to S.
+/// Adds the equations of pairs of active directions, and the terms that couple Z between the two kinds to S.
 template <int kSize>
 void StiffNewton<kSize>::add_block(Block& block) {
   for (int a = 0; a < block.active; ++a) {
@@ -255,7 +255,7 @@ void StiffNewton<kSize>::add_block(Block& block) {
   add_curvature(block);
 }
 
-/// -<Z, d2K_o> or -<Y, d2M>.
+/// Adds -<Z, d2K_o> or -<Y, d2M>.
 template <int kSize>
 void StiffNewton<kSize>::add_curvature(const Block& block) {
   for (int a = 0; a < block.active; ++a) {
@@ -289,8 +289,8 @@ void StiffNewton<kSize>::add_curvature(const Block& block) {
   }
 }
 
-/// The rows of the free variables in the hessian from the k-th on, the next of which is among the lanes kFirst to
-/// kFirst + 3: each less what those before it have of it. A row stays in registers until it is done.
+/// Factorises the free variables' rows of the hessian from the k-th on, the next of which is among the lanes kFirst to
+/// kFirst + 3. A row stays in registers until it is done.
 template <int kSize>
 template <int kFirst>
 [[gnu::flatten]] bool StiffNewton<kSize>::factor(int k) {
@@ -314,7 +314,7 @@ template <int kFirst>
   return true;
 }
 
-/// The step d and the multipliers of
+/// Solves for the step d and the multipliers of
 ///     hessian d + gradient = J' lambda,  J d = -residual.
 template <int kSize>
 [[gnu::flatten]] bool StiffNewton<kSize>::eliminate(int rows, std::array<double, kMostRows>& lambda, Lanes& d) {
@@ -392,7 +392,7 @@ void StiffNewton<kSize>::update(const Block& block, const std::array<double, kMo
   }
 }
 
-/// Holds variables at bounds that the pull, as far as the curvature lets it, leads beyond.
+/// Fixes variables at bounds that the step by pull and curvature alone would cross.
 template <int kSize>
 void StiffNewton<kSize>::hold_bounds(Lanes& x) {
   const Lanes wanted = x + (pull_ - x) / diagonal_;
@@ -464,9 +464,9 @@ bool StiffNewton<kSize>::run(StiffCandidate<kSize>& at, int steps, const NewtonE
     }
     evaluate(at);
     if (at.error < best.error) best = at;
-    // Where it does not go straight, planes find the way sooner.
+    // Where it does not converge directly, planes are faster.
     if (k > 0 && !(at.error < first)) break;
-    // Rounding is all that is left.
+    // Only rounding is left.
     if (best.error <= end.trusted && at.error > 0.1 * best.error && at.error != best.error) break;
   }
   at = best;

@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// The limits of stiffness as planes that touch them, each made where it is violated; and bounds.
+/// The limits of stiffness as tangent planes, each made where its limit is violated; and bounds.
 template <int kSize>
 class StiffPlanes {
  public:
@@ -27,7 +27,7 @@ class StiffPlanes {
 
   explicit StiffPlanes(StiffModel<kSize>& model) : model_(model), basis_(unit_rows()) {}
 
-  double left = 0.0;  ///< Violations up to this share are left.
+  double left = 0.0;  ///< Relative violation that is tolerated.
 
   [[nodiscard]] DenseConstraint<kSize> most_violated(const Lanes& x, double tolerance) {
     DenseConstraint<kSize> worst = violated_bound(x);
@@ -45,10 +45,10 @@ class StiffPlanes {
 
   [[nodiscard]] const Plane* plane(int id) const { return id < 2 * kSize ? nullptr : &planes_[id - 2 * kSize]; }
 
-  /// About the eigenvectors of the object's stiffness.
+  /// Returns approximate eigenvectors of the object's stiffness.
   [[nodiscard]] const SmallSymmetric& basis() const { return basis_; }
 
-  /// u_j a_j of the set, added to x times a factor.
+  /// Adds u_j a_j of the set, times a factor, to x.
   void add_push(const ActiveSet<kSize>& set, double factor, Lanes& x) const {
     for (int j = 0; j < set.active; ++j) {
       const int id = set.id[j];
@@ -61,9 +61,9 @@ class StiffPlanes {
   }
 
  private:
-  // Directions of planes need no digits: each is right as it is. A share of what is left.
+  // Accuracy of planes' directions as a fraction of `left`: a plane is valid for any direction.
   static constexpr double kRoughly = 0.3;
-  // A look makes one for each direction of the object, or of all joints.
+  // Most planes that one look() makes: one for each direction of the object, or of all joints.
   static constexpr int kMostInALook = static_cast<int>(kMaxJoints);
   static constexpr int kMost = 160;
 
@@ -91,7 +91,7 @@ class StiffPlanes {
     if (found >= 0) worst.id = 2 * kSize + found, worst.row = planes_[found].a;
   }
 
-  /// Makes planes of what is violated at x: of postures, and if none are, of the object's stiffness.
+  /// Makes planes of the limits violated at x: of postures, or if none is, of the object's stiffness.
   void look(const Lanes& x) {
     point_.look(model_, x);
     bool are_kept = point_.is_definite;
@@ -141,7 +141,7 @@ class StiffPlanes {
 
   void add(Plane& plane, double value, const Lanes& x) {
     const double length = std::sqrt(plane.a.square().sum());
-    // What no force changes is told by a plane of any length.
+    // A value that no force changes makes a plane of any length.
     plane.over_length = 1.0 / std::max(length, 1e-100);
     plane.b = ((plane.a * x).sum() - value) * plane.over_length;
     plane.a *= plane.over_length;

@@ -11,14 +11,14 @@
 
 namespace thenar {
 
-/// The most fingers, and joints of one finger, whose stiffness a problem has.
+/// Largest number of fingers, and of joints of one finger, in a stiffness problem.
 inline constexpr int kMaxStiffFingers = 8;
 inline constexpr int kMaxStiffJoints = 5;
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/// What a further unknown s, the squeeze, adds to a problem: tau + s tau_1 and so on.
+/// Terms of a further unknown, the internal force s: tau + s tau_1 and so on.
 struct StiffSqueeze {
   Eigen::VectorXd tau;            ///< tau_1
   Matrix6d A = Matrix6d::Zero();  ///< A_1
@@ -43,21 +43,21 @@ struct StiffMuscleProblem {
   MatrixRef H;                    ///< Moment arms, joints x muscles [m].
   VectorRef tau;                  ///< Torques of the joints [N m].
   VectorRef limit;                ///< Largest forces [N], may be infinite; empty: no limits.
-  std::span<const int> joints;    ///< Of each finger, 1 to kMaxStiffJoints; in sum the rows of H.
+  std::span<const int> joints;    ///< Joints of each finger, 1 to kMaxStiffJoints; their sum is the rows of H.
   MatrixRef arm;                  ///< a_kj, joints x muscles [m].
-  MatrixRef turn;                 ///< G_kj = how arms turn with the joints, pairs of joints x muscles [m].
-  VectorRef fibre_per_m;          ///< Stiffness of the fibres a newton of force, gamma / L_j, > 0 [1/m].
-  VectorRef tendon_N_per_m;       ///< Stiffness of the tendons, may be infinite; empty: all are.
+  MatrixRef turn;                 ///< G_kj, derivatives of arms by joints, pairs of joints x muscles [m].
+  VectorRef fibre_per_m;          ///< Stiffness of the fibres per newton of force, gamma / L_j, > 0 [1/m].
+  VectorRef tendon_N_per_m;       ///< Stiffness of the tendons, may be infinite; empty: all infinite.
   const Matrix6d& A;              ///< [N/m], [N m/rad]
   Eigen::Ref<const Matrix6Xd> B;  ///< 6 x joints.
   MatrixRef D;                    ///< joints x joints [N m/rad]; only its blocks of one finger count.
   const Matrix6d& K_des;
   double kappa = 0.0;  ///< Least stiffness of a posture [N m/rad].
   const StiffSqueeze* squeeze = nullptr;
-  double length_m = 0.025;  ///< The arm on which rotations compare with translations.
+  double length_m = 0.025;  ///< The arm that scales rotations to translations.
 };
 
-/// One that owns its numbers.
+/// A stiff muscle problem that owns its numbers.
 struct StiffMuscleData {
   Eigen::MatrixXd H;
   Eigen::VectorXd tau;
@@ -85,25 +85,25 @@ struct StiffMuscleData {
   }
 };
 
-/// What an infeasible problem cannot have.
+/// The cause of an infeasible problem.
 enum class StiffCause { kNone, kTorques, kPosture, kStiffness };
 
-/// Symmetric, of one finger's joints; the leading part is used.
+/// A symmetric matrix of one finger's joints; the leading part is used.
 using FingerMatrix = Eigen::Matrix<double, kMaxStiffJoints, kMaxStiffJoints>;
 
 struct StiffMuscleReport {
   MuscleStatus status = MuscleStatus::kBudgetSpent;
   StiffCause cause = StiffCause::kNone;
-  int iterations = 0;  ///< Planes and bounds taken up or dropped, and Newton steps.
-  /// How far the answer is from its proof [no unit]: stiff_kkt_error of an optimum, stiff_infeasibility_gap else.
+  int iterations = 0;  ///< Planes and bounds added or dropped, and Newton steps.
+  /// Error of the answer [no unit]: stiff_kkt_error of an optimum, else stiff_infeasibility_gap.
   double residual = std::numeric_limits<double>::infinity();
   double squeeze = 0.0;  ///< s
-  /// What proves it. Optimal: f = clamp(H'l + <Z, dK_o/df> + sum_k <Y_k, dM_k/df>, 0, limit), with Z of K_o >= K_des
-  /// and Y_k of the postures positive semidefinite and complementary. Infeasible: the same as weights of what all
-  /// forces would have to fulfil, with motions of the joints: see stiff_infeasibility_gap.
+  /// Certificate of the answer. Optimal: f = clamp(H'l + <Z, dK_o/df> + sum_k <Y_k, dM_k/df>, 0, limit), with Z of K_o
+  /// >= K_des and Y_k of the postures positive semidefinite and complementary. Infeasible: these are weights of the
+  /// conditions, with motions of the joints: see stiff_infeasibility_gap.
   MuscleReport::JointVector multiplier;
   Matrix6d Z = Matrix6d::Zero();
-  std::array<FingerMatrix, kMaxStiffFingers> Y;  ///< These, where there is no such finger, are not set.
+  std::array<FingerMatrix, kMaxStiffFingers> Y;  ///< Not set where there is no such finger.
   /// Infeasible: Q_k = sum u v z_k' and R_k = sum u z_k z_k' of the object's directions v with the joints' motions z_k,
   /// where Z = sum u v v'.
   std::array<Eigen::Matrix<double, 6, kMaxStiffJoints>, kMaxStiffFingers> motion;
