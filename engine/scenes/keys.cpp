@@ -38,11 +38,6 @@ const Key* find_key(Keys keys, std::string_view path) {
   return found == keys.end() ? nullptr : &*found;
 }
 
-const Key* find_live_key(Keys keys, std::string_view name) {
-  const auto found = std::ranges::find_if(keys, [&](const Key& key) { return !name.empty() && key.live.name == name; });
-  return found == keys.end() ? nullptr : &*found;
-}
-
 std::string_view parent_of(std::string_view path) {
   const std::size_t dot = path.rfind('.');
   return dot == path.npos ? "" : path.substr(0, dot);
