@@ -24,8 +24,9 @@ struct FramePolicy {
 /// expected is too old. Without control the torques are given and do not age.
 [[nodiscard]] FramePolicy split_policy(const Scene& scene);
 
-/// What a run of contact ticks keeps from tick to tick beside the state: room for the model's most contacts, taken once.
-/// It serves one run: it knows a frame by its sequence number. A copy goes on as the original would.
+/// The memory that a run of contact ticks keeps from tick to tick beside the state. It has room for the model's most
+/// contacts, taken once, and serves one run, for it knows a frame by its sequence number. A copy goes on as the original
+/// would.
 struct ContactMemory {
   explicit ContactMemory(const Model& model, const FramePolicy& policy = {});
 

@@ -432,6 +432,18 @@ PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame) {
   return loads;
 }
 
+namespace {
+
+/// Takes the room that a copied state and memory have lost.
+void reserve(const Model& model, const ContactScratch& work, ContactMemory& memory, State& state) {
+  state.forces.reserve(model.max_contacts);
+  if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
+  state.environment_forces.reserve(work.environment.most());
+  memory.contacts.reserve(model.max_contacts);
+}
+
+}  // namespace
+
 TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work,
                         State& state, const TickInput& input) noexcept {
   TickReport report(model.scene.hand);
@@ -442,7 +454,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   const double mu = model.friction(static_cast<double>(state.tick) * scene.step_s);
   report.handed_over = frame.sequence != memory.sequence;
   const bool starts = memory.sequence < 0;
-  if (starts) state.held = false;  // This workspace has held nothing yet.
+  if (starts) state.held = false;  // This memory has held nothing yet.
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
@@ -450,10 +462,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
   if (memory.policy.offset_decay_s > 0.0) memory.offset_m *= std::exp(-scene.step_s / memory.policy.offset_decay_s);
   if (report.handed_over) {
-    state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
-    if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
-    state.environment_forces.reserve(work.environment.most());
-    memory.contacts.reserve(model.max_contacts);
+    reserve(model, work, memory, state);
     report.ledger.dropped_J = hand_over(model, frame, state, memory, work);
     if (starts) press_in(model, frame, memory, work, state);
   } else {
