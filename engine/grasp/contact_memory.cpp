@@ -28,4 +28,11 @@ ContactMemory::ContactMemory(const Model& model, const FramePolicy& frame_policy
   contacts.reserve(model.max_contacts);
 }
 
+void reserve(const Model& model, std::size_t environment_contacts, State& state, ContactMemory& memory) {
+  state.forces.reserve(model.max_contacts);
+  if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
+  state.environment_forces.reserve(environment_contacts);
+  memory.contacts.reserve(model.max_contacts);
+}
+
 }  // namespace thenar

@@ -25,8 +25,8 @@ struct FramePolicy {
 [[nodiscard]] FramePolicy split_policy(const Scene& scene);
 
 /// The memory that a run of contact ticks keeps from tick to tick beside the state. It has room for the model's most
-/// contacts, taken once, and serves one run, for it knows a frame by its sequence number. A copy goes on as the original
-/// would.
+/// contacts, taken once, and serves one run, for it knows a frame by its sequence number. A copy goes on as the
+/// original would.
 struct ContactMemory {
   explicit ContactMemory(const Model& model, const FramePolicy& policy = {});
 
@@ -42,5 +42,8 @@ struct ContactMemory {
   TouchNoise touch_noise;
   GroupedWorkspace solver;  ///< It keeps the blocks of W from tick to tick, and where the ground left the object.
 };
+
+/// Takes the room for the model's most contacts that copies have lost; `environment_contacts`: with the environment.
+void reserve(const Model& model, std::size_t environment_contacts, State& state, ContactMemory& memory);
 
 }  // namespace thenar

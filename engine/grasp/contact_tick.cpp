@@ -432,18 +432,6 @@ PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame) {
   return loads;
 }
 
-namespace {
-
-/// Takes the room that a copied state and memory have lost.
-void reserve(const Model& model, const ContactScratch& work, ContactMemory& memory, State& state) {
-  state.forces.reserve(model.max_contacts);
-  if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
-  state.environment_forces.reserve(work.environment.most());
-  memory.contacts.reserve(model.max_contacts);
-}
-
-}  // namespace
-
 TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work,
                         State& state, const TickInput& input) noexcept {
   TickReport report(model.scene.hand);
@@ -462,7 +450,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
   if (memory.policy.offset_decay_s > 0.0) memory.offset_m *= std::exp(-scene.step_s / memory.policy.offset_decay_s);
   if (report.handed_over) {
-    reserve(model, work, memory, state);
+    reserve(model, work.environment.most(), state, memory);
     report.ledger.dropped_J = hand_over(model, frame, state, memory, work);
     if (starts) press_in(model, frame, memory, work, state);
   } else {
