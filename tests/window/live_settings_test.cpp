@@ -164,8 +164,8 @@ ordered_json other_value(const ordered_json& one) {
   return 0.5 * (now.get<double>() + (one.at("name") == "control_Hz" ? least : most));
 }
 
-// A row with a live name is all that it takes: pages hear of it, and its key in the scene's text is what they set. Other
-// keys stay, but the delay, which is counted in control periods.
+// A row with a live name is all that it takes: pages hear of it, and what they set is its key in the scene's text. Once
+// it is set back the text is as it was: no other key was changed.
 TEST(LiveSettings, AreTheRowsOfTheTableThatHaveALiveName) {
   const Scene scene = box_with_all();
   const LiveSettings begun = live_settings(build_model(scene));
