@@ -26,14 +26,11 @@ constexpr Eigen::Index kFewestControls = 8;  // Fewer, and hardly one of them fa
 constexpr std::string_view kInEachStatus[]{"friction",   "internal_force_N", "max_sweeps", "tolerance", "contact_Hz",
                                            "control_Hz", "delay_periods",    "kernel",     "level"};
 
-/// Why a scene has no such setting.
-struct Need {
-  std::string_view name, words;
-};
+// Why a scene does not have a setting, in the order in which this is told.
 constexpr std::string_view kNeedsFingertips = "kernel and level need deformable fingertips";
 constexpr std::string_view kNeedsStiffness =
     "asked_N_per_m and asked_Nm_per_rad need a scene with control.muscles.object_stiffness";
-constexpr Need kNeeds[]{
+constexpr std::pair<std::string_view, std::string_view> kNeeds[]{
     {"internal_force_N", "internal_force_N needs a scene with control"},
     {"kernel", kNeedsFingertips},
     {"level", kNeedsFingertips},
@@ -42,7 +39,7 @@ constexpr Need kNeeds[]{
     {"around_friction", "around_friction needs a scene with an environment whose bodies have the same friction"},
     {"around_m_per_N", "around_m_per_N needs a scene with an environment"}};
 
-/// Gives each live key of a scene the value that `changed` makes of its own.
+/// Shows each live key to `changed` in the unit of messages, and writes what that makes of it.
 class LiveVisitor final : public Visitor {
  public:
   using Changed = std::function<LiveValue(const LiveKey&, const LiveValue&)>;
@@ -79,6 +76,14 @@ class LiveVisitor final : public Visitor {
   const double period_s_;  ///< Of control, as it is before the visit.
   const Changed changed_;
 };
+
+void visit_live(Scene& scene, const LiveVisitor::Changed& changed) {
+  SceneFile file;
+  file.scene = std::move(scene);
+  LiveVisitor visitor(file.scene, changed);
+  describe(visitor, file);
+  scene = std::move(file.scene);
+}
 
 ordered_json json_of(const LiveValue& value, const LiveKey& live) {
   if (const auto* word = std::get_if<std::string>(&value)) return *word;
@@ -130,13 +135,10 @@ void copy_fingertips(const LiveSettings& from, LiveSettings& to) {
 
 LiveSettings live_settings(const Model& model) {
   LiveSettings settings;
-  SceneFile file;
-  file.scene = model.scene;
-  LiveVisitor gather(file.scene, [&](const LiveKey& live, const LiveValue& value) {
-    settings.values.emplace(live.name, value);
-    return value;
+  Scene scene = model.scene;
+  visit_live(scene, [&](const LiveKey& live, const LiveValue& value) {
+    return settings.values.emplace(live.name, value).first->second;
   });
-  describe(gather, file);
   settings.friction_steps = !model.scene.task.friction.empty();
   if (!model.scene.fingertips) return settings;
   settings.values.at("level") = static_cast<double>(model.level);
@@ -205,14 +207,10 @@ LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, L
 
 void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) {
   if (!settings.friction_steps) scene.task.friction.clear();
-  SceneFile file;
-  file.scene = std::move(scene);
-  LiveVisitor write(file.scene, [&](const LiveKey& live, const LiveValue& value) {
+  visit_live(scene, [&](const LiveKey& live, const LiveValue& value) {
     const std::optional<LiveValue> next = settings.value(live.name);
     return next && next != now.value(live.name) ? *next : value;
   });
-  describe(write, file);
-  scene = std::move(file.scene);
 }
 
 void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) {
