@@ -18,10 +18,10 @@ using Eigen::Matrix3Xd;
 // Candidates for every sample kept: beyond 5 the result hardly improves and the time still grows [Yuksel 2015].
 constexpr Index kCandidatesPerSample = 5;
 
-// The crowding of what is eliminated: less than any, whatever is taken from it.
+// The crowding of eliminated samples: below any, whatever is subtracted.
 constexpr double kRemoved = -std::numeric_limits<double>::infinity();
 
-/// Puts an entry in the place of a heap's largest.
+/// Replaces a heap's largest entry.
 template <typename Entry>
 void replace_top(std::vector<Entry>& heap, const Entry& by) {
   std::size_t at = 0;
@@ -34,7 +34,7 @@ void replace_top(std::vector<Entry>& heap, const Entry& by) {
   heap[at] = by;
 }
 
-/// Those of a cloud's samples that are kept, `count` in number.
+/// Returns the kept samples of a cloud, `count` in number.
 PointCloud only(const std::vector<char>& kept, const PointCloud& all, Index count) {
   PointCloud cloud{Matrix3Xd(3, count), Matrix3Xd(3, count)};
   for (Index i = 0, k = 0; i < all.points_m.cols(); ++i) {
@@ -45,7 +45,7 @@ PointCloud only(const std::vector<char>& kept, const PointCloud& all, Index coun
   return cloud;
 }
 
-/// Thins what is drawn to `count` samples by removing, again and again, the one most crowded by the others
+/// Thins the drawn samples to `count` by repeatedly removing the one most crowded by the others
 /// [Yuksel 2015, Sample Elimination for Generating Poisson Disk Sample Sets]. Crowding of i:
 ///     sum over j of (1 - d_ij / 2 r_max)^8,   r_max = sqrt(area / (2 sqrt(3) count)),
 /// where 2 r_max is the distance between samples in the densest (hexagonal) packing.
@@ -57,7 +57,7 @@ PointCloud eliminate(const PointCloud& drawn, double area_m2, Index count) {
   const double least_m =
       packing_m * 0.65 * (1.0 - std::pow(static_cast<double>(count) / static_cast<double>(all), 1.5));
 
-  // Neighbours side by side in memory: what is drawn lies all over the surface.
+  // Neighbours side by side in memory: drawn samples are scattered over the surface.
   const std::vector<Index> order = PointGrid(drawn.points_m, packing_m).members();
   const PointCloud candidates{drawn.points_m(Eigen::all, order), drawn.normals(Eigen::all, order)};
   const PointGrid grid(candidates.points_m, packing_m);

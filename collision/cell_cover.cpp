@@ -12,17 +12,17 @@ using Eigen::Vector2d;
 
 namespace {
 
-// A disc, as a polygon of the same area: its corners are farther out than that by less than so much.
+// A disc, as a polygon of the same area, and a bound of the ratio of their radii.
 constexpr int kCorners = 16;
 constexpr double kCorner = 1.02;
-// A face that N passes by at less than this (a sine) is along it.
+// A face at less than this angle (a sine) to N counts as parallel.
 constexpr double kAlong = 1e-9;
-// What is not of a cell's own face has a say from two radii of the cell on, and all of it from one radius on: there it
-// is a fifth of the disc of two radii.
+// Other faces than the cell's own count from two radii of the cell on, fully from one radius on: there they cover a
+// fifth of the disc of two radii.
 constexpr double kAround = 2.0, kCut = 0.1955;
-// No point of a pulp that is pressed on a face alone looks at it at less than this, a cosine.
+// No point of a pulp that is pressed on a single face is at a smaller cosine to it.
 constexpr double kTurned = 0.6;
-// Faces that are deeper off than this, in radii of the cell, are passed by.
+// Faces deeper than this, in radii of the cell, are ignored.
 constexpr double kPassed = 6.0;
 
 void set_to_disc(double area_m2, Polygon& cell) {
@@ -37,7 +37,7 @@ void set_to_disc(double area_m2, Polygon& cell) {
   for (const Vector2d& corner : corners) cell.push_back(root_m * corner);
 }
 
-/// Where a face is no deeper than `of` another one: what is left belongs to it.
+/// Clips a polygon to where a face is no deeper than another one.
 void clip_to(const CellFace& face, const CellFace& other, Polygon& polygon, Polygon& scratch) {
   clip(face.facing * other.slope - other.facing * face.slope,
        face.height_m * other.facing - other.height_m * face.facing, polygon, scratch);
@@ -45,7 +45,7 @@ void clip_to(const CellFace& face, const CellFace& other, Polygon& polygon, Poly
 
 double depth_m(const CellFace& face, const Vector2d& y) { return -(face.height_m + face.slope.dot(y)) / face.facing; }
 
-/// Integrals over a polygon of the first three powers of a depth that is linear over it [m^3, m^4, m^5].
+/// Computes integrals over a polygon of the first three powers of a depth that is linear over it [m^3, m^4, m^5].
 Eigen::Vector3d integrals(const CellFace& face, const Polygon& polygon) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const double a = depth_m(face, polygon[0]);
@@ -67,7 +67,7 @@ double rise(double x) {
 
 bool faces_cell(const CellFace& face) { return face.facing > kAlong; }
 
-/// The half planes n.y <= c that the faces which N does not point at leave of a cell.
+/// Calls take(n, c) for the half planes n.y <= c that remain of a cell beside faces that N does not point at.
 template <typename Take>
 void for_each_side(std::span<const CellFace> faces, const Take& take) {
   for (const CellFace& side : faces) {
@@ -76,7 +76,7 @@ void for_each_side(std::span<const CellFace> faces, const Take& take) {
       take(side.slope, -side.height_m);
       continue;
     }
-    // N comes out there: not before it went in.
+    // N leaves the solid there: not before it entered.
     for (const CellFace& face : faces) {
       if (!faces_cell(face)) continue;
       take(face.facing * side.slope - side.facing * face.slope,

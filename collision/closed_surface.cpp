@@ -18,12 +18,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr double kMostSquares = 12'000.0;  // So many sides of cells make up the surface, about, at first.
+constexpr double kMostSquares = 12'000.0;  // Approximate number of cell sides in the surface, at first.
 constexpr int kGrids = 3;                  // Each is twice as fine as the one before it.
-constexpr Index kMostPoints = 20'000'000;  // Of a grid, of which most are empty.
+constexpr Index kMostPoints = 20'000'000;  // Largest number of points of a grid, most of which are empty.
 constexpr Index kMostDistances = 500'000;
 constexpr double kBare = 0.005;  // A larger share of samples without triangles is a part that is missing.
-constexpr double kSharp = 0.1;   // Of the largest eigenvalue: less is no edge, but a curve, or noise.
+constexpr double kSharp = 0.1;   // Relative to the largest eigenvalue: less is no edge, but a curve, or noise.
 
 /// A plane of the surface, where it crosses an edge of the grid.
 struct Crossing {
@@ -89,7 +89,8 @@ void Grid::measure_at(const Vector3i& at) {
   known_.push_back(at);
 }
 
-/// The distances of all points of cells that have samples, and of the cells around these. False if they are too many.
+/// Computes the distances of all points of cells that have samples, and of the cells around these. False if there are
+/// too many.
 bool Grid::measure() {
   f_m_.assign(static_cast<std::size_t>(index(size_)), std::numeric_limits<float>::quiet_NaN());
   std::vector<bool> seen(f_m_.size(), false);
@@ -104,8 +105,8 @@ bool Grid::measure() {
   return true;
 }
 
-/// The distances around all places where the surface goes on without samples, as over a hole. False if they are too
-/// many.
+/// Computes the distances around all places where the surface continues without samples, as over a hole. False if there
+/// are too many.
 bool Grid::follow() {
   for (std::size_t i = 0; i < known_.size(); ++i) {
     const Vector3i at = known_[i];
@@ -123,7 +124,7 @@ bool Grid::follow() {
   return true;
 }
 
-/// The surface on an edge of the grid, between a point inside and one outside: regula falsi, the Illinois way.
+/// Finds the surface on an edge of the grid, between a point inside and one outside: regula falsi, Illinois variant.
 Crossing Grid::crossing(Vector3d in_m, Vector3d out_m, double f_in, double f_out) const {
   Crossing found{in_m, Vector3d::Zero()};
   for (int i = 0; i < 4; ++i) {
@@ -145,7 +146,7 @@ Crossing Grid::crossing(Vector3d in_m, Vector3d out_m, double f_in, double f_out
   return found;
 }
 
-/// All edges that the surface crosses. False if the surface goes on where no distance is known.
+/// Finds all edges that the surface crosses. False if the surface continues where no distance is known.
 bool Grid::cross() {
   for (const Vector3i& at : known_) {
     const double f = f_m(at);
@@ -172,8 +173,8 @@ bool Grid::cross() {
   return !quads_.empty();
 }
 
-/// Whether nearly every sample has a crossing of its own side of the solid within two cells: a wall that no point of
-/// the grid lies in has none.
+/// Tests whether nearly every sample has a crossing of its own side of the solid within two cells: a wall without grid
+/// points has none.
 bool Grid::covers() const {
   Index bare = 0;
   const PointCloud& cloud = surface_.cloud();
@@ -193,8 +194,8 @@ bool Grid::covers() const {
   return static_cast<double>(bare) <= kBare * static_cast<double>(cloud.points_m.cols());
 }
 
-/// Where a cell's planes meet best, least squares about the middle of their points: in the cell, so that triangles do
-/// not turn over.
+/// Finds the best intersection of a cell's planes, least squares about the mean of their points: in the cell, so that
+/// triangles do not turn over.
 Vector3d Grid::vertex_m(const Vector3i& cell, const std::vector<Crossing>& planes) const {
   Vector3d middle_m = Vector3d::Zero(), b = Vector3d::Zero();
   for (const Crossing& plane : planes) middle_m += plane.point_m / static_cast<double>(planes.size());

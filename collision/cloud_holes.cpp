@@ -13,12 +13,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-// The rim of a hole as wide as the support is 14 spacings long. What fewer samples see is the air around one that is
-// off the surface.
+// The rim of a hole as wide as the support is 14 spacings long. Holes seen by fewer samples are the air around one that
+// is off the surface.
 constexpr int kFewestAtARim = 3;
 
-/// The step from sample i to sample j along the surface, as a vector in the tangent plane of i: what j lies lower
-/// beyond an edge is added to its way outward. Zero for the other side of a plate, which is no neighbour.
+/// Returns the step from sample i to sample j along the surface, as a vector in the tangent plane of i: a drop beyond
+/// an edge is added to its outward part. Zero for the other side of a plate, which is no neighbour.
 Vector3d unfolded_step_m(const PointCloud& cloud, Index i, Index j) {
   const Vector3d n = cloud.normals.col(i), step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
   const double drop_m = -step_m.dot(n), cosine = cloud.normals.col(j).dot(n);
@@ -29,7 +29,8 @@ Vector3d unfolded_step_m(const PointCloud& cloud, Index i, Index j) {
   return along_m + drop_m / turn * outward;
 }
 
-/// The largest empty ball that touches sample i beside its neighbours, or nothing if it is no larger than the support.
+/// Finds the largest empty ball that touches sample i beside its neighbours, or nothing if it is no larger than the
+/// support.
 std::optional<CloudHole> empty_ball(const PointCloud& cloud, const PointGrid& grid, double sight_m, Index i,
                                     double support_m) {
   Vector3d sum_m = Vector3d::Zero();
@@ -66,7 +67,7 @@ std::optional<CloudHole> empty_ball(const PointCloud& cloud, const PointGrid& gr
 
 std::vector<CloudHole> find_holes(const PointCloud& cloud, double support_m, double largest_m) {
   if (cloud.points_m.cols() == 0) return {};
-  // First what the neighbours in the support's sight leave open, then, for these few, how far it reaches.
+  // First the gaps of neighbours within the support, then, for these few, their extent.
   std::vector<Index> beside;
   {
     const double sight_m = 2.0 * support_m;

@@ -24,7 +24,7 @@ namespace {
 // Normals more than 60 degrees apart belong to two faces, as for ImplicitSurface.
 constexpr double kLike = 0.5;
 
-// Heights below 0.1 h average out over the support, and are what a chamfer of a spacing leaves off its planes [h].
+// Heights below 0.1 h average out over the support, and occur at a chamfer of a spacing [h].
 constexpr double kSlab = 0.1;
 
 // Samples judge each other within 1.5 h: some 35 on a face, 9 in a corner.
@@ -34,7 +34,7 @@ constexpr double kSight = 1.5;
 constexpr int kByChance = 2;
 constexpr std::ptrdiff_t kFewest = 5;
 
-// What is estimated for the cloud as a whole is the median over so many samples.
+// Number of samples for medians over the whole cloud.
 constexpr Index kSubset = 1000;
 
 double median(std::vector<double>& values) {
@@ -44,7 +44,7 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// The median of of(i) over a subset of the samples, those left out for which it is negative.
+/// Returns the median of of(i) over a subset of the samples; negative values are left out.
 template <typename Of>
 double median_over_subset(Index count, Of of) {
   std::vector<double> values;
@@ -55,10 +55,10 @@ double median_over_subset(Index count, Of of) {
   return median(values);
 }
 
-/// What the samples near a sample's tangent plane say of its normal: 1 right, -1 to be turned, 0 divided.
+/// Returns the vote of the samples near a sample's tangent plane on its normal: 1 right, -1 to be reversed, 0 divided.
 double vote(const PointCloud& cloud, const PointGrid& grid, Index candidate, double support_m) {
-  // Voters live within 0.1 h = 0.22 spacings of the plane: the other side of a plate has no say. Nor has the other side
-  // of an edge, where the cosine is 0.
+  // Voters live within 0.1 h = 0.22 spacings of the plane: the other side of a plate does not vote, nor does the other
+  // side of an edge, where the cosine is 0.
   const double radius_m = kSight * support_m, height_m = 0.1 * support_m;
   const Vector3d p = cloud.points_m.col(candidate), n = cloud.normals.col(candidate);
   double all = 1.0, ayes = 1.0;  // the candidate's own vote
@@ -74,8 +74,9 @@ double vote(const PointCloud& cloud, const PointGrid& grid, Index candidate, dou
   return ayes > all / 3.0 ? 1.0 : ayes < -all / 3.0 ? -1.0 : 0.0;
 }
 
-/// The normal at sample i by a linear fit n_0 + G (p_j - p_i) to those of its face: exact where curvature is constant.
-/// Samples beyond an edge are known by their normals, and by their heights over the plane. Zero without neighbours.
+/// Estimates the normal at sample i by a linear fit n_0 + G (p_j - p_i) to those of its face: exact where curvature is
+/// constant. Samples beyond an edge are known by their normals, and by their heights over the plane. Zero without
+/// neighbours.
 Vector3d fitted_normal(const PointCloud& cloud, const PointGrid& grid, Index i, double support_m, double own_weight) {
   const double radius_m = kSight * support_m, height_m = 0.5 * support_m;
   const Vector3d p = cloud.points_m.col(i), n = cloud.normals.col(i);
@@ -100,7 +101,7 @@ Vector3d fitted_normal(const PointCloud& cloud, const PointGrid& grid, Index i, 
   return Vector3d(A.ldlt().solve(B).row(0)).normalized();
 }
 
-/// Typical angle between a normal and what its neighbours make of it [rad].
+/// Estimates the typical angle between a normal and its neighbours' estimate of it [rad].
 double normal_noise(const PointCloud& cloud, const PointGrid& grid, double support_m) {
   return median_over_subset(cloud.points_m.cols(), [&](Index i) {
     const Vector3d fitted = fitted_normal(cloud, grid, i, support_m, 0.0), n = cloud.normals.col(i);
@@ -120,8 +121,8 @@ void smooth_normals(PointCloud& cloud, const PointGrid& grid, double support_m) 
   }
 }
 
-/// Height of sample i over the arc that joins it to sample j: over the plane along the bisector of their normals. Zero
-/// on planes, spheres and cylinders.
+/// Returns the height of sample i over the arc that joins it to sample j: over the plane along the bisector of their
+/// normals. Zero on planes, spheres and cylinders.
 double arc_height_m(const PointCloud& cloud, Index i, Index j) {
   const Vector3d bisector = cloud.normals.col(i) + cloud.normals.col(j);
   return (cloud.points_m.col(i) - cloud.points_m.col(j)).dot(bisector) / bisector.norm();
@@ -129,7 +130,7 @@ double arc_height_m(const PointCloud& cloud, Index i, Index j) {
 
 bool alike(const PointCloud& cloud, Index i, Index j) { return cloud.normals.col(i).dot(cloud.normals.col(j)) > kLike; }
 
-/// Height by which samples scatter about their surface [m], 0 on a clean one.
+/// Estimates the height by which samples scatter about their surface [m], 0 on a clean one.
 double position_noise_m(const PointCloud& cloud, const PointGrid& grid) {
   std::vector<double> heights_m;
   return median_over_subset(cloud.points_m.cols(), [&](Index i) {
@@ -160,7 +161,7 @@ void smooth_points(PointCloud& cloud, const PointGrid& grid, double support_m) {
 
 enum class Verdict : char { kKept, kContradicts, kOutlier };
 
-/// A sample that nobody agrees with, but by chance: part of a narrow rim, or wrong.
+/// Tests for a sample with which others agree only by chance: part of a narrow rim, or wrong.
 Verdict judge_lone(const PointCloud& cloud, const PointGrid& grid, Index i, double support_m, double slab_m) {
   const Vector3d p = cloud.points_m.col(i);
   std::vector<Index> neighbours;
@@ -202,8 +203,8 @@ Verdict judge(const PointCloud& cloud, const PointGrid& grid, Index i, double su
   return with > 1 + kByChance ? Verdict::kKept : judge_lone(cloud, grid, i, support_m, slab_m);
 }
 
-/// The samples, numbered so that neighbours in space are neighbours in memory: large clouds are judged several times as
-/// fast.
+/// Returns the samples in an order in which neighbours in space are neighbours in memory: large clouds are processed
+/// several times as fast.
 std::vector<Index> order_in_space(const Matrix3Xd& points_m, double cell_m) {
   const Vector3d low_m = points_m.rowwise().minCoeff();
   using Key = std::array<int, 4>;
@@ -218,8 +219,8 @@ std::vector<Index> order_in_space(const Matrix3Xd& points_m, double cell_m) {
   return order;
 }
 
-/// Whether a sample lies in the midst of one even face, as most do: nobody within h is unlike, or off its arc. Neither
-/// its normal nor its place needs the judgement of a wider circle.
+/// Tests whether a sample lies in the middle of one even face, as most do: no sample within h is unlike, or off its
+/// arc. Neither its normal nor its position needs further checks.
 std::vector<char> find_plain(const PointCloud& cloud, double support_m) {
   if (cloud.points_m.cols() == 0) return {};
   const PointGrid grid(cloud.points_m, support_m);
@@ -236,7 +237,7 @@ std::vector<char> find_plain(const PointCloud& cloud, double support_m) {
   return plain;
 }
 
-/// Turns the outvoted. Everybody votes before anybody is turned: the result does not depend on the order.
+/// Reverses outvoted normals. All votes precede all changes: the result does not depend on the order.
 void turn_outvoted(PointCloud& cloud, const PointGrid& grid, double support_m, const std::vector<char>& plain,
                    std::vector<Verdict>& verdicts, CloudRepair& report) {
   std::vector<Index> outvoted;

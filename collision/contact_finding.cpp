@@ -14,11 +14,11 @@ using Eigen::Vector3d;
 // More than rounding does to a length below a metre [m].
 constexpr double kRounding_m = 1e-12;
 
-// How far a search for a nearest sample looks past it, in supports: half a spacing. More makes one search dearer and
-// lets its result hold for longer.
+// Extent of the search past a nearest sample, in supports: half a spacing. More makes one search more expensive and its
+// result valid for longer.
 constexpr double kBeyond = 0.2;
 
-// Points sleep for a band wider than what is asked for, which changes with the speed of the hand.
+// Points sleep for a band wider than requested, as that changes with the speed of the hand.
 constexpr double kWider = 1.25;
 
 bool less_gap(const ContactCandidate& a, const ContactCandidate& b) {
@@ -39,7 +39,8 @@ void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
   memory.radius_m = (control_points_m.colwise() - memory.centre_m).colwise().norm().maxCoeff();
 }
 
-/// Adds the way from the last pose to this one: |X c - X' c| + |R - R'| r for the sphere (c, r) around the points.
+/// Adds the displacement from the last pose to this one: |X c - X' c| + |R - R'| r for the sphere (c, r) around the
+/// points.
 void travel(const Eigen::Isometry3d& X_SB, const ContactFindingSettings& settings, FindingMemory& memory) {
   const double shift_m = (X_SB * memory.centre_m - memory.X_SB * memory.centre_m).norm();
   const double turn = (X_SB.linear() - memory.X_SB.linear()).norm();

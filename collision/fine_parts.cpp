@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLikeNormals = 0.5;  // 60 degrees
 constexpr double kWideShare = 0.42;   // At a straight edge a face covers half a disc; a rim of half its radius a third.
-constexpr double kSamplesADisc = 40.0;  // So many tell the two.
+constexpr double kSamplesADisc = 40.0;  // Number that distinguishes the two.
 
 }  // namespace
 
@@ -23,8 +23,7 @@ std::vector<Index> fine_parts(const PointCloud& cloud, double control_spacing_m)
   const double radius_m = std::max(control_spacing_m, 2.5 * spacing_m);
   const double in_disc = std::numbers::pi * std::pow(radius_m / spacing_m, 2);
   const auto stride = std::max<Index>(1, static_cast<Index>(in_disc / kSamplesADisc));
-  // All samples are counted, and one in so many is asked: by their numbers alone the two sides of a plate may be shared
-  // unevenly among those.
+  // All samples are counted, and evaluated at a stride: counts at a stride may differ between the two sides of a plate.
   const PointGrid grid(cloud.points_m, radius_m);
   const Index n = cloud.points_m.cols();
   const auto is_like = [&](Index i, Index j) { return cloud.normals.col(i).dot(cloud.normals.col(j)) > kLikeNormals; };

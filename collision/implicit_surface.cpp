@@ -21,20 +21,20 @@ using Eigen::Vector3d;
 // weight ends: max(0, 2 cos - 1).
 constexpr double kUnlike = 0.5;
 
-// And those more than 20 degrees apart do where they are like others on both sides.
+// Normals more than 20 degrees apart also do if they are like others on both sides.
 constexpr double kBlunt = 0.94;
 
-// What bends by more on the way to it is no edge.
+// A surface that bends by more over that distance has no edge.
 constexpr double kMostTurn_rad = 0.25 * std::numbers::pi;
 
-// Deeper than this, in supports, another face may be as near as the one that was found first.
+// Deeper than this, in supports, another face may be as near as the first one found.
 constexpr double kDeep = 0.4;
 
 // At a corner three faces meet, at that of a plate four.
 constexpr std::size_t kMostFaces = 4;
 
-// How far a first projection may lie from the middle of its plane, in supports, for the bounds on the second to hold.
-// About a spacing: nearly all do.
+// Distance of a first projection from the middle of its plane, in supports, up to which the bounds on the second hold.
+// About a spacing, which nearly all keep.
 constexpr double kStray = 0.5;
 
 // More than rounding does to a length [m] below a metre or to a cosine.
@@ -93,8 +93,8 @@ void ImplicitSurface::fill_starts() {
   }
 }
 
-/// Whether a face ends where it meets another one's plane: each lies behind the other's, and no sample of the face, as
-/// far as it is looked for, is before that, or not by more than the other one, the wall of a hole, is hollow.
+/// Tests whether a face ends where it meets another one's plane: each lies behind the other's, and no sample of the
+/// face within reach is before it, or only by the hollowness of the other one, the wall of a hole.
 bool ImplicitSurface::ends_at(const Plane& other, double hollow_per_m, const Plane& face, const Vector3d& p_m,
                               double reach_m) const {
   constexpr double kSame = 0.9, kRoom = 0.02, kBefore = 0.35;
@@ -145,7 +145,7 @@ void ImplicitSurface::forget_edges() {
   beside_.clear();
 }
 
-/// Edges over which normals turn by 20 to 60 degrees: chamfers, and the sides of prisms.
+/// Finds edges over which normals turn by 20 to 60 degrees: chamfers, and the sides of prisms.
 void ImplicitSurface::find_blunt_edges(double reach_m) {
   constexpr std::size_t kMostLooks = 10;
   std::vector<char> at_edge(starts_.size());
@@ -180,17 +180,17 @@ void ImplicitSurface::find_blunt_edges(double reach_m) {
   }
 }
 
-/// Whether the face of a sample ends at that of another one, both by the samples within 20 degrees of theirs.
+/// Tests whether the face of a sample ends at that of another one, both from the samples within 20 degrees of theirs.
 bool ImplicitSurface::is_blunt_end(Index sample, Index other, double reach_m) const {
   const SurfaceBend own = bend_at(sample, kBlunt), across = bend_at(other, kBlunt);
-  // What is hollow has no end of itself.
+  // A hollow face does not end by itself.
   if (std::max(own.k1_per_m, across.k1_per_m) * reach_m > kMostTurn_rad) return false;
   const auto face = fit(point_m(sample), cloud_.normals.col(sample), true),
              end = fit(point_m(other), cloud_.normals.col(other), true);
   return face && end && ends_at(*end, std::max(0.0, -across.k2_per_m), *face, point_m(sample), reach_m);
 }
 
-/// Whether the samples around one are of two faces that meet: each has others that are like it.
+/// Tests whether the samples around one belong to two faces that meet: each has others that are like it.
 bool ImplicitSurface::is_at_edge(Index sample) const {
   constexpr double kReach = 0.7, kAlike = 0.99;
   struct Near {
@@ -213,8 +213,8 @@ bool ImplicitSurface::is_at_edge(Index sample) const {
          std::ranges::any_of(around, [&](const Near& one) { return one.n.dot(n) < kBlunt && has_like(one); });
 }
 
-/// Of the faces beside a sample, drops those that meet neither its own nor another one within reach: a thin plate's
-/// back is beside its front only near a side.
+/// Drops the faces beside a sample that meet neither its own nor another one within reach: a thin plate's back is
+/// beside its front only near a side.
 void ImplicitSurface::drop_unmet(Index i, double reach_m) {
   const auto meet = [&](Index a, Index b) {
     const Plane &first = starts_[a].plane, &second = starts_[b].plane;
@@ -244,7 +244,7 @@ SurfaceBend ImplicitSurface::bend_at(Index sample, double unlike) const {
   return fit.bend();
 }
 
-/// How far from a sample no normal is unlike that of any second projection near it, at least: 0 where that is not
+/// Returns a radius around a sample without normals unlike that of any second projection near it: 0 where none is
 /// known. Normals are compared with the mean of its block's, from which they must not differ by more than 45 degrees.
 double ImplicitSurface::clear_m(Index sample, const Plane& plane, double least_cosine) const {
   const BlockClearance& block = clearances_[sample / SampleBlocks::kLanes];
@@ -272,8 +272,8 @@ void ImplicitSurface::fill_clearances() {
   }
 }
 
-/// The sample nearest to x among those within the radius of c whose normals are unlike all of `seen`, or -1. Of all,
-/// or of those whose mark in `of` is not 0.
+/// Finds the sample nearest to x among those within the radius of c whose normals are unlike all of `seen`, or -1;
+/// among all, or those whose mark in `of` is not 0.
 Index ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m, double radius_m,
                                       std::span<const Vector3d> seen, double unlike,
                                       std::span<const char> of) const noexcept {
@@ -293,7 +293,7 @@ Index ImplicitSurface::nearest_unlike(const Vector3d& x_m, const Vector3d& c_m, 
   return found;
 }
 
-/// The plane a(c), n(c). Nothing if no sample near c has a normal like the reference.
+/// Fits the plane a(c), n(c); nothing if no sample near c has a normal like the reference.
 std::optional<ImplicitSurface::Plane> ImplicitSurface::fit(const Vector3d& c_m, const Vector3d& n_reference,
                                                            bool is_sharp) const noexcept {
   const double from = is_sharp ? kBlunt : kUnlike, rise = 1.0 / (1.0 - from), zero = from * rise;
@@ -358,7 +358,7 @@ SurfaceDistance ImplicitSurface::face_distance(const Vector3d& x_m, Index sample
   return {face.f_m, x_m - face.f_m * face.n, face.n};
 }
 
-/// Whether no other face than the one that x is projected on from this sample, to f and n, matters.
+/// Tests that no face matters other than the one on which x is projected from this sample, with f and n.
 bool ImplicitSurface::is_alone(const Vector3d& x_m, Index start, double f_m, const Vector3d& n) const noexcept {
   if (starts_[start].plane.least_cosine < kUnlike) return false;
   if (f_m > -kDeep * support_m_) return true;
@@ -408,8 +408,8 @@ SurfaceDistance ImplicitSurface::of_several_faces(const Vector3d& x_m, Index sta
   return {face.f_m, x_m - face.f_m * n, n, n == first.n};
 }
 
-/// The normal inside an edge: the mean of those of the faces nearly as near as the nearest one, up to twice as far, so
-/// that it turns by and by as x moves from one to the other. Faces that look the other way, of a plate, have no say.
+/// Returns the normal inside an edge: the mean of those of the faces nearly as near as the nearest one, up to twice as
+/// far, so that it turns gradually as x moves from one to the other. Opposite faces, of a plate, do not count.
 Vector3d ImplicitSurface::mean_normal(const Face& face, std::span<const Face> convex) noexcept {
   Vector3d others = Vector3d::Zero();
   for (const Face& other : convex) {

@@ -25,7 +25,8 @@ struct SurfaceDistance {
   bool is_smooth = true;    ///< True if only the projection's face contributes.
 };
 
-/// The surface of a point cloud [Adamson & Alexa 2003; Keiser et al. 2004; Guennebaud & Gross 2007]: the plane through
+/// The surface of a point cloud [Adamson & Alexa 2003; Keiser et al. 2004; Guennebaud & Gross 2007]. It is the plane
+/// through
 ///     a(x) = sum th_i p_i / sum th_i   with the normal   n(x) = normalised sum th_i n_i,   f(x) = n.(x - a),
 /// shifted and tilted to touch, over x, the sphere through these samples (sphere_fit.h): their mean lies below a curved
 /// surface. Weights decrease with distance and with the angle between n_i and n, up to 60 degrees, so that n and a

@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The normal, of either sign, of the plane near sample i.
+/// Estimates the normal, of either sign, of the plane near sample i.
 Vector3d plane_normal(const PointCloud& cloud, const PointGrid& grid, Index i, double radius_m) {
   Vector3d n = Vector3d::Zero();
-  // The first plane is that of all neighbours; each of the next listens less to those far from the last.
+  // The first plane is that of all neighbours; each next one gives less weight to those far from the last.
   for (int pass = 0; pass < 6; ++pass) {
     // From half the radius down to a tenth.
     const double height_m = radius_m * std::max(0.1, 0.5 * std::pow(0.7, pass - 1));
@@ -42,7 +42,7 @@ Vector3d plane_normal(const PointCloud& cloud, const PointGrid& grid, Index i, d
   return n;
 }
 
-/// The normal at the other end of the step if both lie on one arc: n mirrored in the plane across the step.
+/// Returns the normal at the other end of the step if both lie on one arc: n mirrored in the plane across the step.
 Vector3d carried(const Vector3d& n, const Vector3d& step_m) {
   return n - 2.0 * n.dot(step_m) / step_m.squaredNorm() * step_m;
 }
@@ -73,7 +73,7 @@ std::vector<Index> spread_sign(PointCloud& cloud, const PointGrid& grid, Index s
   return part;
 }
 
-/// Three times the volume that the samples enclose, in units of the area that one stands for: negative if they point
+/// Returns three times the volume enclosed by the samples, in units of the area of one sample: negative if they point
 /// inward.
 double volume(const PointCloud& cloud, const std::vector<Index>& part) {
   double sum = 0.0;

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Index;
 
-/// Where the right child of a node of so many leaves begins.
+/// Returns the begin of the right child of a node with so many leaves.
 Index middle(const TreeNode& node, Index leaves) {
   return node.begin + (node.end - node.begin) * (leaves / 2) / leaves;
 }

@@ -20,7 +20,7 @@ namespace {
 
 bool is_capsule(const PulpShape& shape) { return shape.form == PulpShape::Form::kCapsule; }
 
-/// The area of an ellipsoid by Legendre's incomplete elliptic integrals.
+/// Computes the area of an ellipsoid by Legendre's incomplete elliptic integrals.
 double ellipsoid_area_m2(const Vector3d& semi_axes_m) {
   constexpr double kPi = std::numbers::pi, kRound = 1e-6;
   std::array<double, 3> sorted{semi_axes_m[0], semi_axes_m[1], semi_axes_m[2]};
@@ -33,8 +33,8 @@ double ellipsoid_area_m2(const Vector3d& semi_axes_m) {
   return 2.0 * kPi * (c * c + a * b / sine * (E * sine * sine + F * cosine * cosine));
 }
 
-/// A capsule has the area of the cylinder around it, ring by ring, as a sphere has: even samples on that, by the
-/// golden angle and a low-discrepancy height, lie evenly on it.
+/// Draws even samples of a capsule. Like a sphere it has the area of the cylinder around it, ring by ring: even samples
+/// on that, by the golden angle and a low-discrepancy height, are even on it.
 PointCloud sample_capsule(double half_m, double radius_m, Index count) {
   PointCloud cloud{Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count)};
   const double turn = std::numbers::pi * (3.0 - std::sqrt(5.0)), end_m = half_m + radius_m;

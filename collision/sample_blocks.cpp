@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr int kLanes = SampleBlocks::kLanes;
 
-// Where unused lanes are [m]: beyond any support, and the square is finite.
+// Coordinate of unused lanes [m]: beyond any support, with a finite square.
 constexpr double kFarAway = 1e30;
 
 /// Sorts order[begin .. end) into blocks: the left part gets the largest power of two of them that is less than all,
@@ -103,7 +103,7 @@ unsigned SampleBlocks::not_above(const Floats& lanes, float limit) {
 #endif
 }
 
-/// What a search for the nearest sample has found so far.
+/// The state of a search for the nearest sample.
 struct SampleBlocks::Search {
   const SampleBlocks& samples;
   Vector3d x_m;
@@ -111,9 +111,9 @@ struct SampleBlocks::Search {
   Query query;
   double squared;  // of the nearest sample
   Index sample;
-  double limit_squared;  // what is farther does not matter
+  double limit_squared;  // farther samples do not matter
   float float_limit;
-  // Of the blocks met; more than these are forgotten.
+  // Blocks met; further ones are not stored.
   std::array<Index, 64> met;
   std::size_t count;
 
@@ -139,7 +139,8 @@ struct SampleBlocks::Search {
     limit_to((std::sqrt(squared) + beyond_m) * (1.0 + 1e-15));
   }
 
-  /// The least way to a plane in whose points another sample is as near: (|x - p_j|^2 - |x - p_i|^2) / 2 |p_j - p_i|.
+  /// Returns the least distance to a plane on which another sample is as near: (|x - p_j|^2 - |x - p_i|^2) / 2 |p_j -
+  /// p_i|.
   [[nodiscard]] double free_m() const {
     if (count > met.size()) return 0.0;
     const Vector3d p_m = samples.blocks_[sample / kLanes].point_m(static_cast<int>(sample % kLanes));
@@ -147,7 +148,7 @@ struct SampleBlocks::Search {
     for (std::size_t k = 0; k < count; ++k) {
       const Block& block = samples.blocks_[met[k]];
       const Lanes farther = block.squared_distances(x_m) - squared, apart = block.squared_distances(p_m);
-      // Itself, and what is in the same place, is never nearer.
+      // The sample itself, and others at its position, are never nearer.
       least = (apart > 0.0).select((0.5 * farther / apart.sqrt()).min(least), least);
     }
     return least.minCoeff();
@@ -156,7 +157,7 @@ struct SampleBlocks::Search {
 
 void SampleBlocks::search(int level, Index node, Search& best) const noexcept {
   const Floats squared = levels_[level][node].squared_distances(best.query);
-  // The nearest first: what it holds spares the others.
+  // The nearest first: its samples exclude the others.
   std::array<int, kLanes> turn;
   int count = 0;
   for (unsigned hits = not_above(squared, best.float_limit); hits != 0; hits &= hits - 1) {

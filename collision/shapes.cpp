@@ -23,14 +23,14 @@ void require_lengths(std::initializer_list<double> lengths_m) {
   }
 }
 
-/// A sample of the disc between two radii at height z, whose normal is along z.
+/// Draws a sample of the disc between two radii at height z, whose normal is along z.
 SurfaceSample draw_ring(double inner_m, double outer_m, double z_m, double normal_z, Uniform& uniform) {
   const double r = std::sqrt(inner_m * inner_m + (outer_m * outer_m - inner_m * inner_m) * uniform());
   const double angle = 2.0 * pi * uniform();
   return {Vector3d(r * std::cos(angle), r * std::sin(angle), z_m), normal_z * Vector3d::UnitZ()};
 }
 
-/// A sample of a cylinder's side between two heights. side: 1 if the solid is within, -1 if it is without.
+/// Draws a sample of a cylinder's side between two heights. side: 1 if the solid is within, -1 if it is without.
 SurfaceSample draw_wall(double radius_m, double low_m, double high_m, double side, Uniform& uniform) {
   const double angle = 2.0 * pi * uniform();
   const Vector3d radial = Vector3d(std::cos(angle), std::sin(angle), 0.0).normalized();
@@ -41,7 +41,7 @@ double ring_area_m2(double inner_m, double outer_m) { return pi * (outer_m * out
 
 double wall_area_m2(double radius_m, double height_m) { return 2.0 * pi * radius_m * height_m; }
 
-/// A sample of the whole torus to which a mug's handle belongs.
+/// Draws a sample of the whole torus of a mug's handle.
 SurfaceSample draw_torus(const Mug& mug, Uniform& uniform) {
   const double R = mug.handle->radius_m, r = 0.5 * mug.handle->thickness_m;
   const double along = 2.0 * pi * uniform();
@@ -66,8 +66,8 @@ struct VolumeMoment {
   double volume_m3 = 0.0, moment_m4 = 0.0;
 };
 
-/// The handle of a mug: the part of its torus outside of the cylinder. It is cut across y into slices: the ring between
-/// two circles around (radius, 0, 0), where it is beyond the wall's x.
+/// Integrates the handle of a mug: the part of its torus outside of the cylinder. It is cut across y into slices: the
+/// ring between two circles around (radius, 0, 0), where it is beyond the wall's x.
 VolumeMoment handle_volume(const Mug& mug) {
   const double R = mug.radius_m, a = mug.handle->radius_m, b = 0.5 * mug.handle->thickness_m;
   VolumeMoment handle;
@@ -89,7 +89,7 @@ VolumeMoment handle_volume(const Mug& mug) {
   return handle;
 }
 
-/// The sample of a superquadric in direction d from its centre. The half sizes are 1.
+/// Returns the sample of a superquadric in direction d from its centre. The half sizes are 1.
 SurfaceSample on_unit_superquadric(const Exponents& e, const Vector3d& d) {
   const double e1 = e.north_south, e2 = e.east_west;
   // f(d) = g + h with g = (|x|^(2/e2) + |y|^(2/e2))^(e2/e1) and h = |z|^(2/e1). Taken relative to the larger of |x|
@@ -106,10 +106,10 @@ SurfaceSample on_unit_superquadric(const Exponents& e, const Vector3d& d) {
   return {std::pow(f, -0.5 * e1) * d, gradient.stableNormalized()};
 }
 
-/// A solid seen from its centre, as directions through the six faces of a cube, each of kCells x kCells cells.
+/// The directions from a solid's centre, through the six faces of a cube, each of kCells x kCells cells.
 constexpr Index kCells = 64;
 
-/// The direction through the place (s, t) of a cell, both from 0 to 1.
+/// Returns the direction through the point (s, t) of a cell, both from 0 to 1.
 Vector3d cube_direction(Index cell, double s, double t) {
   const Index face = cell / (kCells * kCells), row = cell / kCells % kCells, column = cell % kCells;
   const auto axis = static_cast<int>(face / 2);

@@ -15,7 +15,7 @@ BendFit::BendFit(const Vector3d& p_m, const Vector3d& n, double support_m)
 void BendFit::add(const Vector3d& p_m, const Vector3d& n) {
   const Vector3d way = p_m - p_m_;
   const double distance_m = way.norm();
-  if (distance_m >= support_m_ || distance_m == 0.0) return;  // A point that is there twice says nothing.
+  if (distance_m >= support_m_ || distance_m == 0.0) return;  // A duplicate point gives no information.
   const double near = 1.0 - distance_m * distance_m / (support_m_ * support_m_);
   const double u1 = way.dot(t1_), u2 = way.dot(t2_), per_way = 2.0 / distance_m;
   const auto add_row = [&](const Vector3d& row, double value) {
@@ -35,7 +35,7 @@ SurfaceBend BendFit::bend() const {
   const Vector3d k = A_.inverse() * b_;
   const double mean = 0.5 * (k[0] + k[2]), half = 0.5 * (k[0] - k[2]), spread = std::hypot(half, k[1]);
   const double angle = 0.5 * std::atan2(k[1], half);
-  const double most = 1.0 / support_m_;  // What bends more is noise, or is not resolved.
+  const double most = 1.0 / support_m_;  // Larger curvatures are noise, or are not resolved.
   return {std::cos(angle) * t1_ + std::sin(angle) * t2_, std::clamp(mean + spread, -most, most),
           std::clamp(mean - spread, -most, most)};
 }

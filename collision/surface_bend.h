@@ -21,7 +21,7 @@ struct SurfaceBend {
 /// samples around it by least squares. Exact on planes, and on balls but for rounding.
 class BendFit {
  public:
-  /// Samples beyond `support_m` do not count.
+  /// Begins a fit, in which samples beyond `support_m` do not count.
   BendFit(const Eigen::Vector3d& p_m, const Eigen::Vector3d& n, double support_m);
 
   /// Adds a sample of the same face (its normal differs by less than 60 degrees), other than p.

@@ -15,8 +15,8 @@ namespace {
 
 double flat_m2(const Vector3d& a, const Vector3d& b, const Vector3d& c) { return 0.5 * (b - a).cross(c - a).norm(); }
 
-/// The area of the surface over a triangle with its corners on it: of one flat triangle and of four, extrapolated
-/// [Richardson], for both err by the square of their size.
+/// Computes the area of the surface over a triangle with its corners on it: of one flat triangle and of four,
+/// extrapolated [Richardson], for both err by the square of their size.
 double curved_m2(const Vector3d& a, const Vector3d& b, const Vector3d& c, const OntoSurface& onto) {
   const Vector3d ab = onto(0.5 * (a + b)), bc = onto(0.5 * (b + c)), ca = onto(0.5 * (c + a));
   const double four = flat_m2(a, ab, ca) + flat_m2(ab, b, bc) + flat_m2(ca, bc, c) + flat_m2(ab, bc, ca);
@@ -33,7 +33,7 @@ SurfaceCells surface_cells(const Eigen::Matrix3Xd& points_m, const Eigen::Matrix
   const double widest_m = 2.0 * std::sqrt(whole_m2 / 12.0);
   Polygon cell, work;
   for (Index i = 0; i < n; ++i) {
-    // On the plane that touches the surface at point i: what is nearer to i than to j is cut off by a line.
+    // On the plane that touches the surface at point i, the part nearer to i than to j is bounded by a line.
     const Vector3d p = points_m.col(i), e1 = normals.col(i).unitOrthogonal(), e2 = normals.col(i).cross(e1);
     cell = {{-widest_m, -widest_m}, {widest_m, -widest_m}, {widest_m, widest_m}, {-widest_m, widest_m}};
     double cell_reach2 = reach2(cell);

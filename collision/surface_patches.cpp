@@ -21,20 +21,21 @@ constexpr double kDisc = 0.4;
 constexpr int kTerms = 15, kFitted = 32, kPlaces = 64;
 using Places = Eigen::Array<float, kPlaces, 1>;
 
-// What the error may be at the places where it is tried, of what it may be between them; and how far the nearest of
-// these places may be, in discs.
+// Allowed error at the test points, relative to that between them; and the largest distance of the nearest test point,
+// in discs.
 constexpr float kShare = 0.4F, kBetween = 0.1F;
 
-// How much lower than at these places it may be between them, of what it varies by.
+// Allowance for lower values between these points, relative to the variation.
 constexpr float kUnseen = 0.2F;
 
 // A smaller disc is not worth its memory.
 constexpr float kLeastDisc = 0.3F;
 
-// Less weight than this is that of the rim of a support, where samples end.
+// Smaller weights occur at the rim of a support, where samples end.
 constexpr float kLeastWeight = 1e-6F;
 
-/// Places of a unit disc, equally dense (Vogel's spiral), and what fits polynomials to values at the first of them.
+/// Points of a unit disc, equally dense (Vogel's spiral), and the matrix that fits polynomials to values at the first
+/// of them.
 struct Disc {
   Places u, v, radius;
   Eigen::Matrix<float, kPlaces, kTerms> terms;
@@ -63,14 +64,14 @@ Disc make_disc() {
   return disc;
 }
 
-/// The samples that weigh anything on the disc, in its frame and in supports.
+/// The samples with any weight on the disc, in its frame and in supports.
 struct Neighbour {
   float u, v, z;
   float weight;  // by its normal
   float n_u, n_v, n_z;
 };
 
-/// What the second projection gives at the places: n.(c - a) in supports, and n. No number where samples end.
+/// The second projection at the points: n.(c - a) in supports, and n. NaN where samples end.
 struct Exact {
   Places height, n_u, n_v, n_z;
 };
@@ -144,7 +145,7 @@ void SurfacePatches::add(const SampleBlocks& samples, const Vector3d& a_m, const
   const Places cosine = (1.0F - u.square() - v.square()).max(0.0F).sqrt();
   const Places error_m = static_cast<float>(support_m_) * (values(height) - exact.height).abs() +
                          static_cast<float>(depth_m_) * (cosine - exact.n_z).abs();
-  // No number is no good.
+  // NaN is not good.
   const float good = (error_m <= kShare * static_cast<float>(error_m_)).select(2.0F, disc.radius).minCoeff();
   if (!(good > kLeastDisc) || !exact.height.allFinite()) return;
   patch.good = good > 1.0F ? 1.0F : good - kBetween;

@@ -20,22 +20,22 @@ using Eigen::AlignedBox3d;
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Twice a triangle's area times its normal.
+/// Returns twice a triangle's area times its normal.
 Vector3d area_vector(const TriangleMesh& mesh, Index triangle) {
   const auto corner = [&](int k) { return mesh.vertices_m.col(mesh.triangles(k, triangle)); };
   return Vector3d(corner(1) - corner(0)).cross(Vector3d(corner(2) - corner(0)));
 }
 
-/// The angle of a triangle at one of its corners.
+/// Returns the angle of a triangle at one of its corners.
 double angle_at(const TriangleMesh& mesh, Index triangle, int corner) {
   const auto place = [&](int k) { return mesh.vertices_m.col(mesh.triangles((corner + k) % 3, triangle)); };
   const Vector3d a = place(1) - place(0), b = place(2) - place(0);
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Normals at the corners of triangles, three a triangle: the mean of those that meet there, weighted by their angles
-/// and areas, so that a large flat face stays flat beside the small ones of a fillet. What leans by more than 20
-/// degrees from the triangle itself is another face, and has no say.
+/// Computes normals at the corners of triangles, three per triangle: the mean of those that meet there, weighted by
+/// their angles and areas, so that a large flat face stays flat beside the small ones of a fillet. Triangles at more
+/// than 20 degrees from the triangle itself belong to another face, and do not count.
 std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
   const double same_face = std::cos(20.0 * std::numbers::pi / 180.0);
   const Index count = mesh.triangles.cols();
@@ -67,7 +67,7 @@ std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
   return normals;
 }
 
-/// Gives vertices at one place one number: the least of theirs.
+/// Merges the indices of coincident vertices to the least of theirs.
 void join_vertices(TriangleMesh& mesh) {
   const auto place = [&](int i) {
     return std::make_tuple(mesh.vertices_m(0, i), mesh.vertices_m(1, i), mesh.vertices_m(2, i));
@@ -102,7 +102,7 @@ struct Side {
   Index triangle;
 };
 
-/// Two triangles that share an edge with nobody else.
+/// Two triangles that share an edge with no other.
 struct Neighbours {
   Index a, b;
   bool agree;  ///< They run along the edge in opposite ways.
@@ -165,7 +165,7 @@ struct Part {
   AlignedBox3d bounds;
 };
 
-/// Winds the part of `seed` like its majority, as far as its triangles agree, and marks them as `seen`.
+/// Orients the part of `seed` like its majority, as far as its triangles agree, and marks them as `seen`.
 Part wind_part(const Adjacency& adjacency, Index seed, std::vector<char>& seen, std::vector<char>& turned) {
   Part part;
   part.triangles.push_back(seed);
@@ -199,15 +199,15 @@ void measure(const TriangleMesh& mesh, const std::vector<char>& turned, Part& pa
   }
 }
 
-/// Whether an inside-out part may be the cavity of a solid one.
+/// Tests whether an inside-out part may be the cavity of a solid one.
 bool is_cavity(const Part& part, const std::vector<Part>& parts) {
   return std::ranges::any_of(parts, [&](const Part& other) {
     return &other != &part && other.volume_m3 > std::abs(part.volume_m3) && other.bounds.contains(part.bounds);
   });
 }
 
-/// Whether the corner of a polygon between a and c, of which `others` are the remaining ones, can be cut off: it is
-/// convex as seen along the normal n, and no other corner lies in the triangle.
+/// Tests whether the corner of a polygon between a and c, with the remaining corners `others`, can be cut off: it is
+/// convex along the normal n, and no other corner lies in the triangle.
 bool is_ear(const Eigen::Matrix3Xd& corners, int a, int b, int c, const std::vector<int>& others, const Vector3d& n) {
   const auto side = [&](int from, int to, int third) {
     const Vector3d edge = corners.col(to) - corners.col(from);
@@ -270,7 +270,7 @@ MeshMending mend(TriangleMesh& mesh) {
     if (pair.agree != (turned[pair.a] == turned[pair.b])) ++mending.at_odds;
   }
   for (Part& part : parts) measure(mesh, turned, part);
-  // A file that is inside out as a whole is turned as a whole, with its cavities.
+  // A file that is inside out as a whole is reversed as a whole, with its cavities.
   const double whole_m3 = std::accumulate(parts.begin(), parts.end(), 0.0,
                                           [](double sum, const Part& part) { return sum + part.volume_m3; });
   if (whole_m3 < 0.0) {

@@ -19,8 +19,8 @@ using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
-// Springs are softened from that of W itself to where they change a result by less than a loop can tell, in steps of a
-// tenth at first; a step that Newton's method cannot take is shortened to its square root, one that it can is squared.
+// Springs stiffen from W's own compliance to where they change a result negligibly, in steps of a tenth at first; a
+// step that fails in Newton's method is shortened to its square root, one that succeeds is squared.
 constexpr double kSoftest = 1.0, kStiffest = 1e-10;
 constexpr double kFirstStep = 0.1, kLongestStep = 0.01, kShortestStep = 0.93;
 // Springs for the proximal iteration, and how often each is relaxed.
@@ -40,7 +40,7 @@ constexpr double kInfiniteForce = 1e9;
 
 Rows rows_of(const VectorRef& v, Index i) { return {v[3 * i], v[3 * i + 1], v[3 * i + 2]}; }
 
-/// tr(W_ii)/3.
+/// Returns tr(W_ii)/3.
 double mean_compliance(const MatrixRef& W, Index i) {
   return (W(3 * i, 3 * i) + W(3 * i + 1, 3 * i + 1) + W(3 * i + 2, 3 * i + 2)) / 3.0;
 }
@@ -56,7 +56,7 @@ struct Stage {
 
   [[nodiscard]] Index contacts() const { return problem.mu.size(); }
   [[nodiscard]] double spring(Index i) const { return eta * mean_compliance(problem.W, i); }
-  /// Zero for a contact that no force moves.
+  /// Returns rho; zero for a contact that no force moves.
   [[nodiscard]] double rho(Index i) const {
     const double compliance = (1.0 + eta) * mean_compliance(problem.W, i);
     return compliance > 0.0 ? push / compliance : 0.0;
@@ -72,9 +72,9 @@ void gaps(const Stage& stage, const VectorRef& f, VectorOut delta) {
   }
 }
 
-/// One contact's error by Alart and Curnier's map, with x = f - rho delta:
+/// The error of one contact by Alart and Curnier's map, with x = f - rho delta:
 ///     e_n = f_n - max(0, x_n),    e_t = f_t - x_t scaled back to |x_t| <= mu max(0, x_n),
-/// and what its derivative is made of: d e_n = rho d(delta_n), d e_t = df_t - mu c dx_n - G dx_t where it slides.
+/// and the parts of its derivative: d e_n = rho d(delta_n), d e_t = df_t - mu c dx_n - G dx_t where it slides.
 struct LocalError {
   Rows error;
   double rho;
@@ -83,7 +83,7 @@ struct LocalError {
   double mu_c_1 = 0.0, mu_c_2 = 0.0;
   double G_11 = 1.0, G_12 = 0.0, G_22 = 1.0;
 
-  /// The part of the derivative that goes through delta.
+  /// Returns the part of the derivative by delta.
   [[nodiscard]] Rows along(const Rows& delta) const {
     return {rho * delta.n, rho * (mu_c_1 * delta.n + G_11 * delta.t1 + G_12 * delta.t2),
             rho * (mu_c_2 * delta.n + G_12 * delta.t1 + G_22 * delta.t2)};
@@ -159,7 +159,8 @@ bool solve_in_place(Eigen::Ref<MatrixXd> A, VectorOut b) {
   return b.allFinite();
 }
 
-/// Newton's step: forces of open contacts go, the others solve their linearised laws. False if it is not finite.
+/// Takes Newton's step: forces of open contacts vanish, the others solve their linearised laws. False if it is not
+/// finite.
 bool newton_step(const Stage& stage, const VectorRef& f, const VectorRef& delta, AccurateWorkspace& work,
                  VectorOut step) {
   auto motion = work.motion.head(f.size());  // of the gaps, by the forces that go
@@ -211,7 +212,7 @@ bool newton_step(const Stage& stage, const VectorRef& f, const VectorRef& delta,
   return true;
 }
 
-/// Newton's method on one stage, from f and to f; the error that is left [N].
+/// Applies Newton's method to one stage, from f to f; returns the remaining error [N].
 double newton(const Stage& stage, double tolerance_N, int max_steps, AccurateWorkspace& work, VectorOut f, int& steps) {
   auto delta = work.delta.head(f.size());
   auto step = work.step.head(f.size());
@@ -241,7 +242,7 @@ double newton(const Stage& stage, double tolerance_N, int max_steps, AccurateWor
   return error;
 }
 
-/// One accurate solve: what its stages share.
+/// The shared state of the stages of one accurate solve.
 struct Solve {
   const ContactProblem& problem;
   const AccurateSettings& settings;
@@ -255,7 +256,7 @@ struct Solve {
   [[nodiscard]] VectorRef zero() const { return work.zero.head(best.f.size()); }
 };
 
-/// Takes forces, clamped into their cones, if their residual in the problem itself is the least so far.
+/// Keeps forces, clamped into their cones, if their residual in the problem itself is the least so far.
 void keep_if_better(Solve& solve, const VectorRef& candidate) {
   auto f = solve.work.trial_f.head(candidate.size());
   auto delta = solve.work.trial_delta.head(candidate.size());
@@ -273,7 +274,7 @@ void keep_if_better(Solve& solve, const VectorRef& candidate) {
   solve.report.solve.residual_worst = residual.worst;
 }
 
-/// One stage from `start` to f, with the rho that gets it to kStageTolerance at least, if any does.
+/// Solves one stage from `start` to f, with the first rho that reaches kStageTolerance, if any does.
 bool solve_stage(Solve& solve, double eta, const VectorRef& centre, const VectorRef& start, double tolerance_N,
                  VectorOut f) {
   for (const double push : kPushes) {
@@ -285,7 +286,7 @@ bool solve_stage(Solve& solve, double eta, const VectorRef& centre, const Vector
   return false;
 }
 
-/// From soft springs to none, every stage from the last one's forces.
+/// Solves the stages from soft springs to none, each from the last one's forces.
 void follow_stiffening_springs(Solve& solve) {
   auto f = solve.work.f.head(solve.best.f.size());
   auto last_good = solve.work.last_good.head(solve.best.f.size());
@@ -312,8 +313,8 @@ void follow_stiffening_springs(Solve& solve) {
   keep_if_better(solve, f);
 }
 
-/// The proximal point method [Rockafellar 1976]: springs that are relaxed again and again at the last forces change
-/// nothing in the end. Slower than to stiffen them, but every stage begins close to its solution.
+/// Applies the proximal point method [Rockafellar 1976]: springs that are repeatedly relaxed at the last forces have no
+/// effect in the limit. It is slower than stiffening them, but every stage begins close to its solution.
 void relax_springs(Solve& solve) {
   auto f = solve.work.f.head(solve.best.f.size());
   auto centre = solve.work.last_good.head(solve.best.f.size());
@@ -327,11 +328,11 @@ void relax_springs(Solve& solve) {
   }
 }
 
-/// Looks for normal forces y >= 0 with W y = 0 and y.delta_free < 0. Any solution then has f.W y >= -y.delta_free,
-/// which bounds |f| from below: by how much tells a proof from rounding.
+/// Searches normal forces y >= 0 with W y = 0 and y.delta_free < 0. Any solution then has f.W y >= -y.delta_free, which
+/// bounds |f| from below: the bound distinguishes a proof from rounding.
 ///
 /// Without friction the forces of stiffening springs minimise a convex energy. Where that has no minimum they grow
-/// along such a y, and so does, exactly, each step of springs that are relaxed again and again at the last forces.
+/// along such a y, and so does, exactly, each step of springs that are repeatedly relaxed at the last forces.
 bool find_certificate(Solve& solve) {
   // It has to be found also where the Newton steps of the solve are spent.
   constexpr int kSteps = 25, kDirections = 4;
@@ -367,7 +368,7 @@ bool find_certificate(Solve& solve) {
   return false;
 }
 
-/// Contacts that are pressed and that no force opens, each a proof of its own: marks them in the certificate.
+/// Marks closed contacts that no force opens in the certificate, each a proof of its own.
 bool find_pressed_immovable(Solve& solve) {
   const double touching = touching_m(solve.problem.delta_free);
   bool found = false;

@@ -15,7 +15,7 @@ struct AccurateSettings {
   int max_steps = 800;      ///< Newton steps of all stages together: bounds the time of one call.
 };
 
-/// Memory of accurate contact solves for up to `contacts` contacts, about 110 contacts^2 bytes; taken once.
+/// Memory of accurate contact solves for up to `contacts` contacts, about 110 contacts^2 bytes; allocated once.
 struct AccurateWorkspace {
   explicit AccurateWorkspace(Eigen::Index contacts);
 

@@ -13,9 +13,9 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kPadding = SweepWorkspace::kPadding;
-// Ridge of the acceleration's least squares, over their size: what single precision leaves of their digits.
+// Relative ridge of the acceleration's least squares: the accuracy that single precision leaves.
 constexpr double kRidge = 1e-10;
-// A change that has grown this much tells of another set of laws: what came before is no guide.
+// A change that has grown this much indicates another set of active laws: earlier results are no guide.
 constexpr double kGrown = 2.0;
 Index padded(Index rows) { return (rows + kPadding - 1) / kPadding * kPadding; }
 
@@ -87,7 +87,7 @@ Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorksp
   return b;
 }
 
-/// d_change, d_moved and d_f get the differences to the last result, and the oldest ones go.
+/// Stores the differences to the last result in d_change, d_moved and d_f, in place of the oldest ones.
 void remember(SweepWorkspace& work, const VectorRef& f) {
   const Index rows = rows_used(work);
   const auto change = work.change.head(rows), moved = work.moved.head(rows);
@@ -107,7 +107,7 @@ void remember(SweepWorkspace& work, const VectorRef& f) {
   ++work.results;
 }
 
-/// The newest difference's row of the Gram matrix; returns the differences times the change.
+/// Updates the newest difference's row of the Gram matrix; returns the differences times the change.
 Window products(SweepWorkspace& work) {
   constexpr int n = SweepWorkspace::kWindow;
   const Index rows = rows_used(work), newest = (work.results - 2) % n;
@@ -189,7 +189,7 @@ Residual sweep_residual(const SweepWorkspace& work, const VectorRef& mu, const V
 
 namespace {
 
-/// The body's motion by a group's changes: J' change.
+/// Returns the body's motion by a group's changes: J' change.
 SweepWorkspace::Common common_by(const SweepWorkspace& work, const Group& group) {
   SweepWorkspace::Common common = SweepWorkspace::Common::Zero();
   for (int c = 0; c < 6; ++c) {
@@ -245,7 +245,7 @@ double sweep(const VectorRef& mu, const VectorRef& delta, SweepWorkspace& work, 
       const float* const W_n = W.data() + r * rows;
       const float *const W_1 = W_n + rows, *const W_2 = W_1 + rows;
       const Index at_next = group.row - group.first + next;
-      // What this step does to the next contact goes to it in registers: it need not wait for all the others.
+      // The effect on the next contact is passed in registers: it need not wait for all the others.
       gap.n += step.n * W_n[at_next] + step.t1 * W_1[at_next] + step.t2 * W_2[at_next];
       gap.t1 += step.n * W_n[at_next + 1] + step.t1 * W_1[at_next + 1] + step.t2 * W_2[at_next + 1];
       gap.t2 += step.n * W_n[at_next + 2] + step.t1 * W_1[at_next + 2] + step.t2 * W_2[at_next + 2];

@@ -10,7 +10,7 @@
 
 namespace thenar {
 
-/// How a projection ended.
+/// Outcome of a projection.
 enum class ActiveSetStatus {
   kOptimal,
   kInfeasible,   ///< No point keeps all constraints; `multiplier` proves it.

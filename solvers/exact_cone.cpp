@@ -19,8 +19,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 8.0 * kEpsilon;
 constexpr double kTiny = std::numeric_limits<double>::min();
 
-// What the planes may leave of a cone's violation, as a share of the forces: from the first Newton ends most problems
-// in 2 to 5 steps; where it does not, from a later one.
+// Violations of cones that the planes tolerate, relative to the forces: from the first Newton ends most problems in 2
+// to 5 steps; where it does not, from a later one.
 constexpr std::array kLeft{1e-3, 1e-6, 1e-10};
 constexpr int kNewtonSteps = 8;
 // From where no cone was looked at Newton ends nine problems of ten in 3 to 6 steps. Where it does not go straight, a
@@ -36,14 +36,14 @@ double dot(const Vector6& a, const Vector6& b) {
   return sum;
 }
 
-/// a + t b
+/// Returns a + t b.
 Vector6 plus(const Vector6& a, double t, const Vector6& b) {
   Vector6 sum;
   for (int k = 0; k < 6; ++k) sum[k] = a[k] + t * b[k];
   return sum;
 }
 
-/// P_K(x) for all contacts at once, and what its derivative needs.
+/// P_K(x) for all contacts at once, with the terms of its derivative.
 template <int kLanes>
 struct Projection {
   LaneForces<kLanes> f;
@@ -75,7 +75,7 @@ Projection<kLanes> project(const LaneForces<kLanes>& x, const Cones<kLanes>& con
 /// Numbers of the six equations, padded to whole registers.
 using Padded = Eigen::Array<double, 8, 1>;
 
-/// What a unit force gives, Q by columns: n, t1, t2 of each contact.
+/// Wrenches of unit forces, Q by columns: n, t1, t2 of each contact.
 template <int kLanes>
 struct ForceColumns {
   void fill(const ReducedGrasp<kLanes>& grasp) {
@@ -113,7 +113,7 @@ class NewtonStep {
     }
   }
 
-  /// x, by elimination. Unrolled, rows stay in registers.
+  /// Solves for x by elimination. Unrolled, rows stay in registers.
   [[nodiscard]] Vector6 solve(double shift) {
     Vector6 inverse, x;
 #pragma GCC unroll 6
@@ -151,25 +151,25 @@ struct Point {
   Vector6 residual;       ///< w - Q f
   double square;          ///< |w - Q f|^2
 
-  /// |w - Q f| / |f|
+  /// Returns |w - Q f| / |f|.
   [[nodiscard]] double kkt_error() const {
     return square == 0.0 ? 0.0 : std::sqrt(square / std::max(to.f.square().sum(), kTiny));
   }
-  /// The error that the rounding of x leaves.
+  /// Returns the error by the rounding of x.
   [[nodiscard]] double rounding() const {
     return kRounding * std::sqrt(x.square().sum() / std::max(to.f.square().sum(), kTiny));
   }
 };
 
-/// The planes that touch Coulomb's cones as constraints. Each is made when it is asked for: of the cone that is
-/// violated most the one that faces its force.
+/// The planes tangent to Coulomb's cones as constraints. Each is made on demand: for the most violated cone, the plane
+/// that faces its force.
 template <int kLanes>
 class TangentPlanes {
  public:
   static constexpr int kSize = 3 * kLanes;  ///< f_n of all lanes, then f_t1, f_t2.
   using Vector = typename ActiveSet<kSize>::Vector;
 
-  /// Violations up to `left` N are left.
+  /// Violations up to `left` N are tolerated.
   TangentPlanes(const Lane<kLanes>& mu, double left) : mu_(mu), left_(left) {}
 
   [[nodiscard]] Constraint<3> most_violated(const Vector& f, double tolerance) {
@@ -187,7 +187,7 @@ class TangentPlanes {
     return {count_++, least, {i, i + kLanes, i + 2 * kLanes}, {mu_[i], -plane.e_1, -plane.e_2}};
   }
 
-  /// A'u of the planes in the set.
+  /// Returns A'u of the planes in the set.
   [[nodiscard]] LaneForces<kLanes> push(const ActiveSet<kSize>& set) const {
     LaneForces<kLanes> push = LaneForces<kLanes>::Zero();
     for (int j = 0; j < set.active; ++j) {
@@ -271,7 +271,7 @@ class Solver {
     return true;
   }
 
-  /// Whether the direction proves that there are no forces, after a few Newton steps towards P_K(Q'c) = 0.
+  /// Tests whether the direction proves that there are no forces, after a few Newton steps towards P_K(Q'c) = 0.
   bool is_certificate(Vector6 c) {
     double last = kNearCertificate / kContraction;
     for (int step = 0; step < kPolishSteps; ++step) {
@@ -279,7 +279,7 @@ class Solver {
       if (!(work > 0.0)) return false;
       const Forces x = combine(grasp_, c);
       const Projection<kLanes> to = project<kLanes>(x, grasp_.cones);
-      // What rounding hides of P_K(Q'c) counts, too: at the border the work is no more than that.
+      // Rounding of P_K(Q'c) counts, too: at the border the work is no larger than that.
       const double hidden = kEpsilon * std::sqrt(x.square().sum());
       const double gap = least_ * (std::sqrt(to.f.square().sum()) + hidden) / work;
       if (gap * kOutOfReach <= 1.0) {
@@ -298,12 +298,12 @@ class Solver {
     return false;
   }
 
-  /// Newton on the dual from a point. True if it decided the problem. straight: it gives up where it does not go
-  /// straight to the optimum.
+  /// Applies Newton's method to the dual from a point. True if it decided the problem. straight: it gives up where it
+  /// does not converge directly.
   bool newton(Point<kLanes> point, int steps, bool straight = false);
 
-  /// Newton from the optimum between planes that touch the cones, of which violations up to a share `left` of the
-  /// forces remain. True if it decided the problem; where the planes leave no forces, the cones do not.
+  /// Applies Newton's method from the optimum between planes tangent to the cones, with relative violations up to
+  /// `left`. True if it decided the problem; where the planes are infeasible, so are the cones.
   bool planes_and_newton(const Forces& start, double left);
 
   // Each at least a tenth of the bracket.

@@ -20,7 +20,7 @@ LocalStep step_of(const MatrixRef& W, Index i) {
   return local_step(W(n, n), W(n + 1, n), W(n + 2, n), W(n + 1, n + 1), W(n + 2, n + 2));
 }
 
-/// delta += the columns of contact i times a force: one pass over delta. W's rows are not read, so that it need not be
+/// Adds the columns of contact i times a force to delta in one pass. W's rows are not read, so that it need not be
 /// symmetric to the last digit.
 void add_force(const MatrixRef& W, Index i, const Rows& f, VectorOut delta) {
   delta.noalias() += f.n * W.col(3 * i) + f.t1 * W.col(3 * i + 1) + f.t2 * W.col(3 * i + 2);
@@ -39,7 +39,7 @@ constexpr double kSmallestW = 1e-20, kLargestW = 1e20;
 // gaps and forces have it together with their squares, which the acceleration sums.
 constexpr double kSmallestSquared = 1e-15, kLargestSquared = 1e15;
 
-/// Whether single precision has room for the problem, its forces and their squares. False if anything is not a number.
+/// Tests whether single precision can represent the problem, its forces and their squares. False for NaN.
 bool fits_single(const ContactProblem& problem, const VectorRef& f) {
   if (f.size() == 0) return true;
   const auto is_between = [](double low, double x, double high) { return x >= low && x <= high; };
@@ -98,7 +98,7 @@ SolveReport solve_contacts(const ContactProblem& problem, const GaussSeidelSetti
       look();
     }
   }
-  // What W holds beside its diagonal was not looked at before: it shows here.
+  // Entries of W off its diagonal were not checked before: errors in them show here.
   if (!std::isfinite(residual.norm) || !delta.allFinite() || !f.allFinite()) return not_finite(report.sweeps, solution);
   report.residual = residual.norm;
   report.residual_worst = residual.worst;

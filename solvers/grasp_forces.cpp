@@ -21,8 +21,8 @@ using Eigen::Vector3d;
 // Forces are an optimum if they keep all its conditions to this part of their size. Rounding leaves 1e-15, times 1/mu
 // in thin cones; a wrong set of faces leaves parts of 1.
 constexpr double kTrust = 1e-9;
-// What rounding leaves of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is
-// as many times the forces, sums of face multipliers larger still, and what it proves them to grows with it.
+// Relative rounding of a multiplier. Where cones are so thin that forces must be 1e5 and more times the least, it is as
+// many times the forces, sums of face multipliers larger still, and the accuracy of the proof decreases with it.
 constexpr double kMultiplierRounding = 1e-11;
 // But no more than this part of the forces.
 constexpr double kMostRounding = 1e-6;
@@ -37,7 +37,7 @@ struct Answer {
   std::array<double, 6> multiplier{};
 };
 
-/// w - Q y: by how much more of Q' y gives the wrench.
+/// Returns w - Q y, the change of y for which Q' y gives the wrench.
 template <int kLanes>
 std::array<double, 6> missing_wrench(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y) {
   std::array<double, 6> missing = reduced_wrench(grasp, y);
@@ -73,7 +73,7 @@ struct Pyramids {
 
   [[nodiscard]] static int id(Index lane, int face) { return 5 * static_cast<int>(lane) + face; }
 
-  /// a of a face: f_n at `lane`, f_t1 and f_t2 behind by kLanes each.
+  /// Returns a of a face: f_n at `lane`, f_t1 and f_t2 behind by kLanes each.
   [[nodiscard]] Constraint<2> face(Index lane, int face, double slack) const {
     const int n = static_cast<int>(lane);
     if (face == 4) return {id(lane, face), slack, {n, n}, {1.0, 0.0}};
@@ -81,7 +81,7 @@ struct Pyramids {
     return {id(lane, face), slack, {n, t}, {mu[lane], face % 2 == 0 ? -1.0 : 1.0}};
   }
 
-  /// Which lane holds the value. Selects and does not branch: which one it is cannot be foreseen.
+  /// Finds the lane that holds the value. Selects without branches: they would be unpredictable.
   [[nodiscard]] static Index first_with(const Lane<kLanes>& lanes, double value) {
     const Lane<kLanes> lane = (lanes == value).select(Lane<kLanes>::LinSpaced(0, kLanes - 1), kLanes - 1);
     return static_cast<Index>(lane.minCoeff());
@@ -135,7 +135,7 @@ Answer<kLanes> solve_pyramid(const ReducedGrasp<kLanes>& grasp) {
 
 // ------------------------------------------------------------------------------------------- Lemke's method
 
-/// A y for forces y, eq. (10) with the rows of one kind together: row n face + i for contact i.
+/// Computes A y for forces y, eq. (10) with the rows of one kind together: row n face + i for contact i.
 template <int kLanes>
 void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& y, double* rows) {
   const Index n = grasp.contacts;
@@ -149,7 +149,7 @@ void multiply_rows(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& 
   }
 }
 
-/// A'z
+/// Returns A'z.
 template <int kLanes>
 LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWorkspace::RowVector& z) {
   const Index n = grasp.contacts;
@@ -162,8 +162,8 @@ LaneForces<kLanes> combine_rows(const ReducedGrasp<kLanes>& grasp, const GraspWo
   return f;
 }
 
-/// The LCP of eq. (19) in contact axes: M = A pi A' = A A' - N N' with N = A Q', and q = A f for the forces f that give
-/// the wrench nearest to -c.
+/// Assembles the LCP of eq. (19) in contact axes: M = A pi A' = A A' - N N' with N = A Q', and q = A f for the forces f
+/// that give the wrench nearest to -c.
 template <int kLanes>
 void assemble(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& start, GraspWorkspace& work) {
   // Columns of whole blocks have no remainder; what lies behind row 5n is not used.
@@ -221,7 +221,7 @@ LaneForces<kLanes> nearest_inside(FrictionCone cone, const Cones<kLanes>& cones,
   return cone == FrictionCone::kPyramid ? nearest_in_pyramids(cones, f) : nearest_in_cones(cones, f);
 }
 
-/// The force nearest to f that contact i allows, world axes.
+/// Returns the force nearest to f that contact i allows, world axes.
 Vector3d nearest_inside(const GraspProblem& problem, Index i, const Vector3d& f) {
   const Matrix3d& frame = problem.contacts[i].axes;
   const Cones<1> cones(Lane<1>::Constant(problem.friction_of(i)));
@@ -230,12 +230,12 @@ Vector3d nearest_inside(const GraspProblem& problem, Index i, const Vector3d& f)
   return frame * lane.matrix().transpose();
 }
 
-/// The work of unit forces at a contact on a twist.
+/// Returns the work of unit forces at a contact on a twist.
 Vector3d velocity(const GraspProblem& problem, const Vector6d& twist, Index i) {
   return twist.head<3>() + twist.tail<3>().cross(problem.contacts[i].point_m - problem.centre_m);
 }
 
-/// |P_K(G'l)|
+/// Returns |P_K(G'l)|.
 double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   double squares = 0.0;
   for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
@@ -244,7 +244,7 @@ double allowed_forces(const GraspProblem& problem, const Vector6d& twist) {
   return std::sqrt(squares);
 }
 
-/// |f - P_K(Q'l + bias)|^2
+/// Returns |f - P_K(Q'l + bias)|^2.
 template <int kLanes>
 double squared_distance_from_projection(const ReducedGrasp<kLanes>& grasp, FrictionCone cone,
                                         const Answer<kLanes>& answer) {
@@ -252,13 +252,13 @@ double squared_distance_from_projection(const ReducedGrasp<kLanes>& grasp, Frict
   return (answer.f - nearest_inside<kLanes>(cone, grasp.cones, pulled)).square().sum();
 }
 
-/// The square of what errors in forces are measured by.
+/// Returns the squared scale of errors in forces.
 template <int kLanes>
 double squared_size_of(const ReducedGrasp<kLanes>& grasp, const LaneForces<kLanes>& f) {
   return std::max(f.square().sum(), grasp.bias.square().sum());
 }
 
-/// grasp_kkt_error of a reduced problem.
+/// Returns the grasp_kkt_error of a reduced problem.
 template <int kLanes>
 double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
   const double error =
@@ -266,7 +266,7 @@ double kkt_error(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Ans
   return error == 0.0 ? 0.0 : std::sqrt(error / squared_size_of(grasp, answer.f));
 }
 
-/// Whether forces keep the laws, and are the least that do as far as the rounding of their multiplier lets it prove.
+/// Tests whether forces satisfy the laws, and are the least as far as the rounding of their multiplier allows a proof.
 template <int kLanes>
 bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer) {
   const double trust = kTrust * std::sqrt(squared_size_of(grasp, answer.f));
@@ -278,7 +278,7 @@ bool is_optimal_to_rounding(const ReducedGrasp<kLanes>& grasp, FrictionCone cone
          squared_distance_from_projection(grasp, cone, answer) <= trust_in_proof * trust_in_proof;
 }
 
-/// infeasibility_gap of a reduced problem.
+/// Returns the infeasibility_gap of a reduced problem.
 template <int kLanes>
 double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std::array<double, 6>& multiplier) {
   double power = 0.0;
@@ -286,12 +286,12 @@ double gap_left(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const std:
   if (!(power > 0.0)) return std::numeric_limits<double>::infinity();
   const LaneForces<kLanes> pulled = combine(grasp, multiplier);
   const LaneForces<kLanes> allowed = nearest_inside<kLanes>(cone, grasp.cones, pulled);
-  // What rounding hides of it counts, too: at the border the work is no more than that.
+  // Rounding of it counts, too: at the border the work is no larger than that.
   const double hidden = std::numeric_limits<double>::epsilon() * std::sqrt(pulled.square().sum());
   return std::sqrt(squared_norm(grasp.w)) * (std::sqrt(allowed.square().sum()) + hidden) / power;
 }
 
-/// Checks an answer; a proved one is handed out.
+/// Checks an answer; returns a proved one.
 template <int kLanes>
 GraspReport hand_out(const ReducedGrasp<kLanes>& grasp, FrictionCone cone, const Answer<kLanes>& answer,
                      Eigen::Ref<Eigen::VectorXd> f) {
@@ -395,7 +395,7 @@ GraspReport solve_grasp_forces_by_lemke(const GraspProblem& problem, GraspWorksp
 
 namespace {
 
-/// The problem as given, for checks: plain G about the contacts' centroid, lengths in their mean distance from it, so
+/// The problem as given, for checks: plain G about the contacts' centroid, in units of their mean distance from it, so
 /// that ranks do not depend on units.
 struct PlainGrasp {
   Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 3 * kMaxGraspContacts> G;
@@ -416,7 +416,7 @@ struct PlainGrasp {
     wrench.tail<3>() = (problem.wrench.tail<3>() - (centroid - problem.centre_m).cross(force)) / length_m;
   }
 
-  /// |G^+ w|
+  /// Returns |G^+ w|.
   [[nodiscard]] double least_forces(const Vector6d& w) const {
     constexpr double kNoPower = 1e-10;  // As collinear contacts are told: see reduced_grasp.cpp.
     decltype(G) turned = G;
@@ -432,7 +432,7 @@ struct PlainGrasp {
   }
 };
 
-/// |c|. Over the largest lambda the squares of equal ones are 1, and their sum has no rounding.
+/// Returns |c|. Over the largest lambda the squares of equal ones are 1, and their sum has no rounding.
 double size_of_bias(const GraspProblem& problem) {
   const Index n = std::ssize(problem.contacts);
   double largest_N = 0.0;

@@ -22,7 +22,7 @@ struct GraspReport {
   Vector6d multiplier = Vector6d::Zero();
 };
 
-/// Memory of the grasp-force solves; taken once.
+/// Memory of the grasp-force solves; allocated once.
 class GraspWorkspace {
  public:
   GraspWorkspace();

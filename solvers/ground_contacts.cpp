@@ -14,11 +14,11 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Lanes = GroundLanes::Lanes;
 
 constexpr int kNewtonSteps = 25, kMostSteps = 250, kHalvings = 8;
-// Over the ground's own compliance; and by how much a stage may be stiffer than the last one.
+// Relative to the ground's own compliance; and the largest ratio of stiffness between stages.
 constexpr double kSoftest = 1e5, kFirstStage = 0.1, kLongestStage = 0.01, kShortestStage = 0.99;
 constexpr double kStageTolerance = 1e-6;
 
-/// How four contacts stand at a motion: d, and what friction makes of its force there.
+/// The state of four contacts at a motion: d, and friction's effect on its force.
 struct FourContacts {
   FourContacts(const GroundLanes& at, const Motion& x, double per_c) : d(at.delta_free) {
     for (int j = 0; j < 6; ++j) {
@@ -47,7 +47,7 @@ Motion wrench_at(const std::vector<GroundLanes>& lanes, const Motion& x, double 
   return Motion::NullaryExpr([&](Eigen::Index j) { return sums[j].sum(); });
 }
 
-/// x - M (w + J' f) over M, and what it is judged by.
+/// x - M (w + J' f) over M, and its scale.
 struct Balance {
   Motion missing;  ///< [N, N m]
   double size, scale;
@@ -65,7 +65,7 @@ Balance balance(const GroundProblem& problem, const Motion& x_free, const Motion
   return {missing, norm(missing), norm(free) + norm(work.wrench) + norm(x_free.cwiseQuotient(problem.mobility))};
 }
 
-/// sum J' K J; symmetric: without what a sliding contact's friction owes to its normal force.
+/// Returns sum J' K J; symmetric: without the coupling of a sliding contact's friction to its normal force.
 Matrix6 stiffness(const std::vector<GroundLanes>& lanes, double compliance, const Motion& x, bool symmetric) {
   std::array<Lanes, 36> sums;
   sums.fill(Lanes::Zero());
@@ -89,7 +89,7 @@ Matrix6 stiffness(const std::vector<GroundLanes>& lanes, double compliance, cons
   return Matrix6::NullaryExpr([&](Eigen::Index i, Eigen::Index j) { return sums[6 * j + i].sum(); });
 }
 
-/// Newton's method from work.x, with the last slope as long as it leaves a tenth of what is missing.
+/// Applies Newton's method from work.x, with the last slope as long as it reduces the residual to a tenth.
 Balance newton(const GroundProblem& problem, const Motion& x_free, double tolerance, GroundWorkspace& work,
                int& steps) {
   constexpr double kStillGood = 0.1;
@@ -125,9 +125,9 @@ Balance newton(const GroundProblem& problem, const Motion& x_free, double tolera
 
 bool is_solved(const Balance& at, double tolerance) { return at.size <= tolerance * at.scale; }
 
-/// From a soft ground to the ground as it is, every stage from the last one's motion. A stage that Newton's method
-/// cannot take is shortened, one that it can is followed by a longer one. Returns how soft the last one was that it
-/// could, and leaves its motion.
+/// Solves stages from a soft ground to the actual one, each from the last one's motion. A stage that fails is
+/// shortened, one that succeeds is followed by a longer one. Returns the softness of the last one that succeeded, and
+/// leaves its motion.
 double stiffen(const GroundProblem& problem, const Motion& x_free, double tolerance, GroundWorkspace& work,
                int& steps) {
   Motion good = work.x;

@@ -13,10 +13,10 @@ using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 constexpr Index kLanes = SweepWorkspace::kPadding;
 constexpr int kFifth = GroupedDelassus::kOwn + 6;  // The sweeps' column of it: of the padding.
-// Where the ground's answer differs so much from the last one, relative to it, it is linearised anew, at most so often.
+// Relative change of the ground's response at which it is linearised again; and the largest number of these.
 constexpr float kOtherwise = 0.3F;
 constexpr int kMostLinearisations = 12, kWholeLinearisations = 4;
-constexpr float kHardly = 1e-3F;  // Of their largest entry Jacobians may change before blocks are made anew.
+constexpr float kHardly = 1e-3F;  // Change of Jacobians, relative to their largest entry, up to which blocks are kept.
 using Lanes = Eigen::Array<float, kLanes, 1>;
 
 /// Three columns of a block, kLanes rows of them: sums that stay in registers.
@@ -42,7 +42,7 @@ struct Columns {
   }
 };
 
-/// The three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C.
+/// Fills the three columns of contact j, c = 3 j, of J J' and, with a compliance, of s C.
 template <bool kCompliant, typename Jacobian, typename Block>
 void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const GroupedWorkspace& work, Index c,
                   Block& block) {
@@ -85,8 +85,8 @@ void fill_columns(const Jacobian& J, const GroupedDelassus& W, Index k, const Gr
   }
 }
 
-/// The three columns of contact j of group k, c = 3 j, at the rows of `group`: C_common, added to what k's own rows
-/// have, and in other rows J_common J_common'.
+/// Fills the three columns of contact j of group k, c = 3 j, at the rows of `group`: C_common, added to k's own rows,
+/// and in other rows J_common J_common'.
 template <typename Block>
 void fill_shared(const SweepWorkspace::Group& own, const SweepWorkspace::Group& group, const GroupedWorkspace& work,
                  Index c, Block& block) {
@@ -105,7 +105,7 @@ void fill_shared(const SweepWorkspace::Group& own, const SweepWorkspace::Group& 
   }
 }
 
-/// Completes the block of group k, whole columns, by what all contacts do through the common body.
+/// Completes the block of group k, whole columns, by the effect of all contacts through the common body.
 void fill_shared(const GroupedDelassus& W, Index k, GroupedWorkspace& work) {
   const std::vector<SweepWorkspace::Group>& groups = work.sweeps.groups;
   auto block = work.sweeps.block(groups[k]);
@@ -120,7 +120,7 @@ void fill_shared(const GroupedDelassus& W, Index k, GroupedWorkspace& work) {
   }
 }
 
-/// A group's block, J J' + s C.
+/// Makes a group's block, J J' + s C.
 template <typename Jacobian, typename Block>
 void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWorkspace& work, Block block) {
   const Index columns = block.cols(), padding = block.rows() - columns;
@@ -143,7 +143,7 @@ void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWor
   for (Index c = 0; c < columns; c += 3) fill_columns<true>(J, W, k, work, c, block);
 }
 
-/// Whether the blocks are nearly W's still. They only lead the way: gaps are computed from W itself.
+/// Tests whether the blocks are still nearly W's. They only precondition: gaps are computed from W itself.
 bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
   // Without the rows of the common body itself.
@@ -154,7 +154,8 @@ bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * then.cwiseAbs().maxCoeff();
 }
 
-/// The problem as sweeps see it. The Jacobians take the roots of the mobilities: each group's block is J J' + s C.
+/// Makes the problem in the form of the sweeps. The Jacobians include the roots of the mobilities: each group's block
+/// is J J' + s C.
 void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   const GroupedDelassus& W = problem.W;
   SweepWorkspace& work = grouped.sweeps;
@@ -214,7 +215,7 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   }
 }
 
-/// s C f of kRows contacts from `i` on of a group whose first is `first`: all sums in registers.
+/// Computes s C f of kRows contacts from `i` on of a group whose first is `first`: all sums in registers.
 template <int kRows>
 void give_way_rows(const SurfaceCompliance& C, const GroupedDelassus::Axes& axes, Index first, double scale, Index i,
                    const std::vector<SurfaceLoad>& loads, VectorOut motion) {
@@ -246,7 +247,7 @@ void give_way_rows(const SurfaceCompliance& C, const GroupedDelassus::Axes& axes
   }
 }
 
-/// The surface motion of group k.
+/// Computes the surface motion of group k.
 void give_way(const GroupedDelassus& W, Index k, const VectorRef& f, GroupedWorkspace& work) {
   const SurfaceCompliance& C = W.compliance[k];
   const Index first = W.begin[k], contacts = W.begin[k + 1] - first;
@@ -272,7 +273,7 @@ void give_way(const GroupedDelassus& W, Index k, const VectorRef& f, GroupedWork
   for (; i < contacts; ++i) give_way_rows<1>(C, W.axes, first, s, i, work.loads, work.surface_motion);
 }
 
-/// The common body's surface motion.
+/// Computes the common body's surface motion.
 void give_way(const SharedCompliance& C, const VectorRef& f, GroupedWorkspace& work) {
   const Index contacts = f.size() / 3;
   auto sums = work.shared_sums.topRows(contacts);
@@ -287,7 +288,7 @@ void give_way(const SharedCompliance& C, const VectorRef& f, GroupedWorkspace& w
     work.shared_motion.segment<3>(3 * i) = C.scale * (C.T->middleRows<3>(3 * i) * sums.row(i).transpose());
 }
 
-/// The common body's motion by forces f: M_common J_common' f.
+/// Computes the common body's motion by forces f: M_common J_common' f.
 GroupedDelassus::CommonMotion common_motion(const GroupedDelassus& W, const VectorRef& f) {
   Eigen::Array4d common_1 = Eigen::Array4d::Zero(), common_2 = common_1;
   for (Index i = 0; i < W.contacts(); ++i) {
@@ -302,7 +303,7 @@ GroupedDelassus::CommonMotion common_motion(const GroupedDelassus& W, const Vect
   return motion.cwiseProduct(W.common_mobility);
 }
 
-/// Where the ground lets the body be that its groups move by `by_groups`.
+/// Moves the body, which its groups move by `by_groups`, to where the ground's laws hold.
 void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& by_groups, GroupedWorkspace& work,
               double tolerance = kGroundTolerance) {
   const GroundReport report =
@@ -311,8 +312,8 @@ void stand_on(const CommonGround& ground, const GroupedDelassus::CommonMotion& b
   work.ground_status = report.status;
 }
 
-/// How mobile the body is on the ground where it is now. Where that changes again and again, it is taken for more
-/// mobile than it is: sweeps then converge in any case.
+/// Computes the body's mobility on the ground at its present motion. Where that keeps changing, a larger mobility is
+/// used: sweeps then converge in any case.
 void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   ++work.linearisations;
   const double share = std::pow(0.5, std::max(0, work.linearisations - kWholeLinearisations));
@@ -323,8 +324,8 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   work.R.transpose().triangularView<Eigen::Upper>().solveInPlace(work.L);
 }
 
-/// After a sweep: moves the body from where the sweep has it to where the ground lets it be. True if the ground holds
-/// it in so different a way by now that the sweeps begin anew with that.
+/// Moves the body after a sweep to where the ground's laws hold. True if the ground's response has changed so much that
+/// the sweeps restart with it.
 bool react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
   // Where it cannot be solved, the next gaps try again: in each sweep that would take too long.
   if (work.ground_status != SolveStatus::kConverged) return false;
@@ -340,7 +341,7 @@ bool react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWork
   return true;
 }
 
-/// The motion by forces f, and from it the gaps.
+/// Computes the motion by forces f, and from it the gaps.
 void gaps(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work, VectorOut delta) {
   const GroupedDelassus& W = problem.W;
   find_motion(W, f, work);

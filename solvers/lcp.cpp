@@ -12,8 +12,8 @@ using Eigen::Index;
 using MatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-// M and q are scaled to a largest entry between 1 and 2. What pivoting leaves of a zero is rounding of the largest
-// entries of its column; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
+// M and q are scaled to a largest entry between 1 and 2. Pivoting turns a zero into rounding of the largest entries of
+// its column; the smallest entries that matter, squares of a friction of 1e-5, are about 1e-10.
 constexpr double kZeroPivot = 1e-11;
 constexpr double kTie = 1e-12;
 // A solution must hold in the problem as given to this part of its terms, and a proof that there is none to this part
@@ -28,12 +28,12 @@ using Block = Eigen::Array<double, kBlock, 1>;
 constexpr Index column_length(Index n) { return (n + kBlock - 1) / kBlock * kBlock; }
 Eigen::Map<Block> block(double* column, Index i) { return Eigen::Map<Block>(column + i); }
 
-/// The greatest power of two up to x, which scales without rounding; 1 for 0.
+/// Returns the largest power of two up to x, which scales without rounding; 1 for 0.
 double power_of_two(double x) { return x > 0.0 ? std::ldexp(1.0, std::ilogb(x)) : 1.0; }
 
 /// The equations w = q + M z + z0 (1..1)' solved for the variables in the basis, x_B = right side + sum of column times
-/// variable over those out of it. The condensed form: what the basis itself would fill with unit vectors is not stored.
-/// Variables: w_i is i, z_i is n + i, the artificial z0 is 2n.
+/// variable over those out of it. The condensed form: the unit vectors of the basis are not stored. Variables: w_i is
+/// i, z_i is n + i, the artificial z0 is 2n.
 struct Dictionary {
   Index n;
   double* entries;
@@ -62,8 +62,8 @@ void fill(const Dictionary& t, const LcpProblem& problem, double over_M_scale, d
   t.column_of[t.artificial()] = t.n;
 }
 
-/// Brings the variable `entering` into the basis, in place of that of row `r`: row r is solved for it, and put into the
-/// others.
+/// Brings the variable `entering` into the basis, in place of that of row `r`: row r is solved for it and substituted
+/// into the others.
 void pivot(const Dictionary& t, Index r, Index entering) {
   const Index length = t.length();
   const Index c = t.column_of[entering];
@@ -87,15 +87,16 @@ void pivot(const Dictionary& t, Index r, Index entering) {
 
 bool is_less(double a, double b) { return a + kTie * (1.0 + std::abs(a)) < b; }
 
-/// Entry (i, j) of B^-1: how the variable of row i follows a change of q_j. Out of the basis w_j does the same with the
-/// opposite sign; in it, it takes it all.
+/// Returns entry (i, j) of B^-1: the change of row i's variable by q_j. Out of the basis w_j has the same effect with
+/// the opposite sign; in it, only w_j changes.
 double inverse_entry(const Dictionary& t, Index i, Index j) {
   const Index column = t.column_of[j];
   if (column >= 0) return -t.column(column)[i];
   return t.basis[i] == j ? 1.0 : 0.0;
 }
 
-/// The lexicographic rule: of two rows with the same ratio, the one whose row of B^-1 over its pivot entry is less.
+/// Applies the lexicographic rule: of two rows with the same ratio, the one whose row of B^-1 over its pivot entry is
+/// less.
 bool is_lexicographically_less(const Dictionary& t, Index a, Index b, const double* falling) {
   for (Index j = 0; j < t.n; ++j) {
     const double ratio_a = inverse_entry(t, a, j) / -falling[a];
@@ -106,7 +107,7 @@ bool is_lexicographically_less(const Dictionary& t, Index a, Index b, const doub
   return false;
 }
 
-/// The row that first stops the growth of `entering`, or -1 if none does: a ray.
+/// Returns the row that first stops the growth of `entering`, or -1 if none does: a ray.
 Index leaving_row(const Dictionary& t, Index entering) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double* const column = t.column(t.column_of[entering]);
@@ -136,7 +137,7 @@ Index leaving_row(const Dictionary& t, Index entering) {
   return leaving;
 }
 
-/// What is left of the artificial variable; at zero the basis is a solution.
+/// Returns the remaining artificial variable; at zero the basis is a solution.
 double artificial_value(const Dictionary& t) {
   const Index* const row = std::find(t.basis, t.basis + t.n, t.artificial());
   return row == t.basis + t.n ? 0.0 : t.right_side()[row - t.basis];
@@ -151,7 +152,7 @@ void read_solution(const Dictionary& t, double scale, Eigen::Ref<Eigen::VectorXd
   }
 }
 
-/// How z changes as `entering`, which no row stops, grows; scaled to a largest entry of 1.
+/// Returns the change of z as `entering`, which no row stops, grows; scaled to a largest entry of 1.
 void read_ray(const Dictionary& t, Index entering, Eigen::Ref<Eigen::VectorXd> z) {
   z.setZero();
   if (entering >= t.n) z[entering - t.n] = 1.0;
@@ -164,7 +165,7 @@ void read_ray(const Dictionary& t, Index entering, Eigen::Ref<Eigen::VectorXd> z
   if (largest > 0.0) z /= largest;
 }
 
-/// Whether z solves the problem itself, and not only the dictionary that many pivots made of it.
+/// Tests whether z solves the problem itself, and not only the dictionary after many pivots.
 bool is_solution(const LcpProblem& problem, double M_scale, double q_scale, const VectorRef& z, double* w) {
   const Index n = problem.q.size();
   const double w_tolerance = kTrust * (q_scale + M_scale * z.sum());
@@ -179,8 +180,8 @@ bool is_solution(const LcpProblem& problem, double M_scale, double q_scale, cons
   return true;
 }
 
-/// Whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to be >=
-/// 0. What rounding leaves of M'z allows for y far beyond the problem's own size.
+/// Tests whether z >= 0 proves that no y >= 0 has M y + q >= 0: M'z <= 0 and q.z < 0, while z.(M y + q) would have to
+/// be >= 0. Rounding of M'z allows only for y far beyond the problem's own size.
 bool is_infeasibility_certificate(const LcpProblem& problem, double M_scale, double q_scale, const VectorRef& z) {
   double left = 0.0;
   for (Index j = 0; j < problem.q.size(); ++j) {

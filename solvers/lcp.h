@@ -49,7 +49,7 @@ class LcpWorkspace {
   Eigen::Matrix<Eigen::Index, Eigen::Dynamic, 1> column_of;  ///< The column of each variable, -1 in the basis.
 };
 
-/// A pivot budget that the problems of this project stay far below: they take about n pivots, though 2^n is possible.
+/// Returns a pivot budget far above the need of this project's problems, about n pivots, though 2^n is possible.
 [[nodiscard]] constexpr int usual_pivot_budget(Eigen::Index n) { return 50 + 10 * static_cast<int>(n); }
 
 /// Solves an LCP by Lemke's method with the lexicographic rule, which cannot cycle [Murty 1988; eq. (19) of the paper].

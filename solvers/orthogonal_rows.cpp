@@ -9,7 +9,7 @@ using Eigen::Index;
 
 namespace {
 
-/// Turns rows (or columns, by `step`s) a and b of length n by an angle of cosine c and sine s.
+/// Rotates rows (or columns, by `step`s) a and b of length n by an angle of cosine c and sine s.
 void turn(double* a, double* b, Index n, Index step, double c, double s) {
   for (Index i = 0; i < n * step; i += step) {
     const double x = a[i], y = b[i];

@@ -22,11 +22,11 @@ constexpr double kCollinear = 1e-10;
 // A torque about that line below this part of the torques at hand is rounding.
 constexpr double kConsistent = 1e-9;
 
-/// Points of the contacts, as seen from one of them.
+/// Points of the contacts, relative to one of them.
 template <int kLanes>
 using Points = std::array<Lane<kLanes>, 3>;
 
-/// Fills what does not depend on the rows of Q; gives the arms of the contacts about the centroid.
+/// Fills the data that do not depend on the rows of Q; returns the arms of the contacts about the centroid.
 template <int kLanes>
 Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) {
   const Index n = std::ssize(problem.contacts);
@@ -62,7 +62,7 @@ Points<kLanes> gather(const GraspProblem& problem, ReducedGrasp<kLanes>& grasp) 
   return arms;
 }
 
-/// b.(r x f) as a row on f in contact axes: (b x r).f.
+/// Returns b.(r x f) as a row on f in contact axes: (b x r).f.
 template <int kLanes>
 LaneForces<kLanes> torque_row(const ReducedGrasp<kLanes>& grasp, const Points<kLanes>& arms, const Vector3d& b) {
   const Lane<kLanes> x = b.y() * arms[2] - b.z() * arms[1];
@@ -75,7 +75,7 @@ LaneForces<kLanes> torque_row(const ReducedGrasp<kLanes>& grasp, const Points<kL
   return row;
 }
 
-/// But for the frictions.
+/// Tests all numbers except the frictions.
 bool is_finite(const GraspProblem& problem) {
   bool finite = problem.wrench.allFinite() && problem.centre_m.allFinite();
   for (Index i = 0; i < std::ssize(problem.contacts); ++i) {
@@ -86,7 +86,7 @@ bool is_finite(const GraspProblem& problem) {
   return finite;
 }
 
-/// J by its rows: sum |r|^2 I - r r'.
+/// Returns J by its rows: sum |r|^2 I - r r'.
 template <int kLanes>
 Matrix3d inertia(const Points<kLanes>& arms) {
   const double xx = arms[0].square().sum();
@@ -100,7 +100,7 @@ Matrix3d inertia(const Points<kLanes>& arms) {
   return J;
 }
 
-/// B = L^-1 with J = L L'. False if J is too close to singular, or not finite.
+/// Computes B = L^-1 with J = L L'. False if J is too close to singular, or not finite.
 bool invert_factor(const Matrix3d& J, Matrix3d& B) {
   // The pivots of Cholesky's method are ratios of the leading minors.
   const double m1 = J(0, 0);
@@ -119,9 +119,9 @@ bool invert_factor(const Matrix3d& J, Matrix3d& B) {
   return true;
 }
 
-/// The rows of the torques where contacts are nearly on a line. The axes of the inertia come by falling moment; each
-/// row is made orthogonal to those before it, and B and C with it. False if the wrench turns about an axis without
-/// moment.
+/// Computes the rows of the torques where contacts are nearly on a line. The axes of the inertia are in order of
+/// decreasing moment; each row is made orthogonal to those before it, and B and C with it. False if the wrench has a
+/// torque about an axis without moment.
 template <int kLanes>
 [[gnu::noinline]] bool reduce_near_line(const Points<kLanes>& arms, const GraspProblem& problem, const Vector3d& force,
                                         const Vector3d& torque, ReducedGrasp<kLanes>& grasp, Vector3d& powerless) {

@@ -21,7 +21,7 @@ enum MugFace { kUnderside, kOuterWall, kRim, kInnerWall, kInnerFloor, kHandle };
 
 Vector3d bounded(const Vector3d& x) { return x.cwiseMax(-kFarthest_m).cwiseMin(kFarthest_m); }
 
-/// The direction of the first of these that has one.
+/// Returns the direction of the first of these that has one.
 Vector3d direction(const Vector3d& v, const Vector3d& otherwise, const Vector3d& last) {
   constexpr double kNothing_m2 = 1e-40;
   if (v.squaredNorm() > kNothing_m2) return v.normalized();
@@ -30,14 +30,14 @@ Vector3d direction(const Vector3d& v, const Vector3d& otherwise, const Vector3d&
 
 Vector3d flat(const Vector3d& v) { return {v[0], v[1], 0.0}; }
 
-/// A form with the curvatures k along t and k_across along normal x t, in the order of their sizes.
+/// Returns a form with the curvatures k along t and k_across along normal x t, in the order of their sizes.
 SurfaceForm ordered(double distance_m, const Vector3d& point_m, const Vector3d& n, const Vector3d& t, double k,
                     double k_across) {
   if (std::abs(k) >= std::abs(k_across)) return {distance_m, point_m, n, t, k, k_across};
   return {distance_m, point_m, n, n.cross(t), k_across, k};
 }
 
-/// The plane across an axis at `at_m` on it, whose normal is to the side of `side`.
+/// Returns the foot on the plane across an axis at `at_m`, with a normal to the side of `side`.
 SurfaceForm on_plane(int axis, double at_m, double side, const Vector3d& x) {
   Vector3d foot = x;
   foot[axis] = at_m;
@@ -49,7 +49,7 @@ SurfaceForm on_sphere(double radius_m, const Vector3d& x, const Vector3d& near) 
   return {x.dot(n) - radius_m, radius_m * n, n, n.unitOrthogonal(), 1.0 / radius_m, 1.0 / radius_m};
 }
 
-/// A cylinder about z. side: 1 if the solid is within, -1 if it is without.
+/// Returns the foot on a cylinder about z. side: 1 if the solid is inside, -1 if it is outside.
 SurfaceForm on_wall(double radius_m, double side, const Vector3d& x, const Vector3d& near) {
   const Vector3d out = direction(flat(x), flat(near), Vector3d::UnitX());
   return {side * (x.dot(out) - radius_m),
@@ -60,8 +60,8 @@ SurfaceForm on_wall(double radius_m, double side, const Vector3d& x, const Vecto
           0.0};
 }
 
-/// The torus that a mug's handle is part of. Around the rod its curvature is 1/r; along the ring, cos / (R + r cos),
-/// cos that of the angle between the normal and the way out of the ring: inside the ring it is a saddle.
+/// Returns the foot on the torus of a mug's handle. Around the rod its curvature is 1/r; along the ring, cos / (R + r
+/// cos), cos that of the angle between the normal and the ring's outward direction: inside the ring it is a saddle.
 SurfaceForm on_handle(const Mug& mug, const Vector3d& x, const Vector3d& near) {
   const double R = mug.handle->radius_m, r = 0.5 * mug.handle->thickness_m;
   const Vector3d centre(mug.radius_m, 0.0, 0.0), q = x - centre, q_near = near - centre;
@@ -72,8 +72,8 @@ SurfaceForm on_handle(const Mug& mug, const Vector3d& x, const Vector3d& near) {
   return ordered((q - rod).dot(n) - r, centre + rod + r * n, n, along, cosine / (R + r * cosine), 1.0 / r);
 }
 
-/// A circle about z where two faces meet, seen from x: as a ring whose rod is as thin as the sharpest curvature says.
-/// side: 1 from outside, where the edge is convex, -1 from inside. Requires x off the circle.
+/// Returns the foot of x on a circle about z where two faces meet: a ring whose rod has the sharpest curvature. side: 1
+/// from outside, where the edge is convex, -1 from inside. Requires x off the circle.
 SurfaceForm on_circle(double radius_m, double z_m, double side, const Vector3d& x) {
   const Vector3d out = direction(flat(x), Vector3d::Zero(), Vector3d::UnitX());
   const Vector3d foot(radius_m * out[0], radius_m * out[1], z_m), off = x - foot;
@@ -82,8 +82,8 @@ SurfaceForm on_circle(double radius_m, double z_m, double side, const Vector3d& 
   return ordered(side * way_m, foot, n, along, n.dot(out) / radius_m, side * kSharpest_per_m);
 }
 
-// Faces. place(shape, face, x, near) is its foot, belongs(shape, face, s, margin) whether s is within its edges,
-// faces() how many there are.
+// Faces. place(shape, face, x, near) is its foot, belongs(shape, face, s, margin) tests whether s is within its edges,
+// faces() is their number.
 
 int faces(const BoxShape&) { return 6; }
 int faces(const CylinderShape&) { return 3; }
@@ -183,7 +183,7 @@ int face_of(const SuperquadricShape& shape, const Vector3d& s, const Vector3d& /
   return std::abs(distance_estimate_m(shape, s)) <= kOff_m ? 0 : -1;
 }
 
-// nearest(shape, x, near) is the nearest place of the whole solid.
+// nearest(shape, x, near) is the nearest point of the whole solid.
 
 using Near = std::optional<Vector3d>;
 
@@ -219,7 +219,8 @@ SurfaceForm nearest(const SuperquadricShape& shape, const Vector3d& x, const Nea
   return nearest_on(shape, x, near);
 }
 
-/// The mug without its handle. Its half plane (rho, z) has five lines; from one of their ends the place is on a circle.
+/// Finds the nearest point of the mug without its handle. Its half plane (rho, z) has five lines; at their ends the
+/// point is on a circle.
 SurfaceForm nearest_on_cup(const Mug& mug, const Vector3d& x, const Vector3d& near) {
   const double R = mug.radius_m, inner_m = R - mug.wall_m, top_m = 0.5 * mug.height_m, floor_m = mug.wall_m - top_m;
   const std::array<Vector2d, 6> outline{Vector2d(0.0, -top_m),    Vector2d(R, -top_m),        Vector2d(R, top_m),
@@ -243,7 +244,8 @@ SurfaceForm nearest_on_cup(const Mug& mug, const Vector3d& x, const Vector3d& ne
   return on_circle(corner[0], corner[1], inside ? -1.0 : 1.0, x);
 }
 
-/// Places of the handle's torus that are in the mug are none; from outside of the wall the wall is nearer then.
+/// Finds the nearest point of a mug. Points of the handle's torus inside the mug do not count; from outside of the wall
+/// the wall is nearer then.
 SurfaceForm nearest(const Mug& mug, const Vector3d& x, const Near& near) {
   SurfaceForm cup = nearest_on_cup(mug, x, near.value_or(x));
   if (!mug.handle || x.head<2>().norm() < mug.radius_m) return cup;
@@ -252,7 +254,7 @@ SurfaceForm nearest(const Mug& mug, const Vector3d& x, const Near& near) {
   return is_surface && handle.distance_m < cup.distance_m ? handle : cup;
 }
 
-/// As std::visit, which may throw.
+/// Visits as std::visit does, which may throw.
 template <typename Use>
 auto with_body(const ExactShape& shape, const Use& use) {
   if (const auto* box = std::get_if<BoxShape>(&shape)) return use(*box);

@@ -10,12 +10,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kConforming_m = 1e-8;  // A circle whose gaps differ by less fits its place all around,
-constexpr double kNearlyFits_m = 1e-3;  // and one whose gaps differ by less nearly does.
+constexpr double kConforming_m = 1e-8;  // A circle whose gaps differ by less fits all around.
+constexpr double kNearlyFits_m = 1e-3;  // A circle whose gaps differ by less nearly fits.
 constexpr int kRefinements = 40;
-constexpr double kSameArc_rad = std::numbers::pi / 6.0;  // A contact that has gone farther along a circle is another.
+constexpr double kSameArc_rad = std::numbers::pi / 6.0;  // A contact farther along a circle is another one.
 
-/// The root of a slope that rises from below zero at `low` to above at `high`, by the Illinois rule.
+/// Finds the root of a slope that rises from below zero at `low` to above at `high`, by the Illinois rule.
 template <typename Slope>
 double root(double low, double high, double at_low, double at_high, double tolerance, const Slope& slope) {
   double x = low;
@@ -37,7 +37,7 @@ double root(double low, double high, double at_low, double at_high, double toler
   return x;
 }
 
-/// The place of least gap inside of a part a .. a + d of a segment, if there is one, where the gap is convex.
+/// Finds the point of least gap inside of a part a .. a + d of a segment, if there is one, where the gap is convex.
 void meet_part(const Look& look, std::int32_t place, const Feature& edge, const Vector3d& a, const Vector3d& d) {
   const auto begin = look.base.foot(0, a), end = look.base.foot(0, a + d);
   if (!begin || !end) return;
@@ -55,7 +55,7 @@ void meet_part(const Look& look, std::int32_t place, const Feature& edge, const 
   if (const auto at = look.base.foot(0, a + s * d)) look.add(place, *at, edge.round_m, a + s * d, true);
 }
 
-/// A segment over a convex solid; over samples, whose gaps rise and fall, part by part.
+/// Adds the contacts of a segment with a convex solid; over samples, whose gaps rise and fall, part by part.
 void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
   constexpr int kParts = 16;
   const Vector3d a = placed(look.X, edge.a_m), d = look.X.linear() * (edge.b_m - edge.a_m);
@@ -63,8 +63,8 @@ void meet_segment(const Look& look, std::int32_t place, const Feature& edge) {
   for (int i = 0; i < parts; ++i) meet_part(look, place, edge, a + d * i / parts, d / parts);
 }
 
-/// Where a circle of the radii u, v leans over a face that one of its places has its foot on: the angle from u of its
-/// lowest place, 0 to 2 pi. -1 where it lies on the face, so that two places are as low to 10 nm.
+/// Returns the angle from u, 0 to 2 pi, of the lowest point of a circle of the radii u, v that is tilted over a face
+/// with the foot of one of its points. -1 where it lies on the face, so that two points are equally low to 10 nm.
 double lowest_angle(const Vector3d& u, const Vector3d& v, const Foot& foot) {
   if (foot.on != Foot::On::kFlat) return -1.0;
   const double along_u = u.dot(foot.normal), along_v = v.dot(foot.normal);
@@ -75,10 +75,10 @@ double lowest_angle(const Vector3d& u, const Vector3d& v, const Foot& foot) {
   return angle < 0.0 ? angle + 2.0 * std::numbers::pi : angle;
 }
 
-/// A circle at the places kCirclePlaces of it: those over flat faces, and from the others the places of least gap.
-/// Where it leans over a face, its lowest place stands for the two beside it, which rolling comes over one by one.
-/// Where it nearly fits, as a peg's end in its hole, a small motion takes the place of least gap far around. There the
-/// places themselves are contacts, too: to each of them the motion is straight, whichever it comes nearest to.
+/// Adds the contacts of a circle at its kCirclePlaces points: those over flat faces, and from the others the points of
+/// least gap. Where it is tilted over a face, its lowest point replaces the two beside it, which rolling passes one by
+/// one. Where it nearly fits, as a peg's end in its hole, a small motion takes the place of least gap far around. There
+/// the points themselves are contacts, too: each of them moves straight, whichever becomes the nearest.
 void meet_circle(const Look& look, std::int32_t place, const Feature& circle, int facet) {
   const Vector3d middle = placed(look.X, circle.a_m);
   const Vector3d u = circle.circle_m * look.X.linear().col(0), v = circle.circle_m * look.X.linear().col(1);

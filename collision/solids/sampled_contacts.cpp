@@ -19,7 +19,7 @@ constexpr double kLeastFacing = 0.5;  // A place whose normal is 60 degrees off 
 constexpr double kDeeper_m = 1e-8;
 constexpr int kSteps = 4;
 
-/// Not more than how far x is from the solid.
+/// Returns a lower bound of the distance of x from the solid.
 double least_gap_m(const Solid& solid, const Vector3d& x) {
   if (std::holds_alternative<HalfSpace>(solid)) return x[2];
   double least_m = kEverywhere;
@@ -30,7 +30,7 @@ double least_gap_m(const Solid& solid, const Vector3d& x) {
   return std::isfinite(least_m) ? least_m : 0.0;
 }
 
-/// How a body's distance bends at x across its normal: the second derivative, of faces.
+/// Returns the second derivative of a body's distance at x across its normal, for faces.
 Eigen::Matrix3d bend_of(const Solid& solid, const Foot& at, const Vector3d& x) {
   if (at.on == Foot::On::kFlat) return Eigen::Matrix3d::Zero();
   if (std::holds_alternative<SphereShape>(solid))
@@ -41,7 +41,7 @@ Eigen::Matrix3d bend_of(const Solid& solid, const Foot& at, const Vector3d& x) {
   return at.normal.dot(out) / rho * around * around.transpose();
 }
 
-/// A place of the surface around a sample, u along its tangents: see BentSample. To the fourth order on balls and
+/// A point of the surface around a sample, u along its tangents: see BentSample. To the fourth order on balls and
 /// cylinders.
 struct Place {
   Place(const BentSample& sample, const Vector2d& u) {
@@ -56,7 +56,7 @@ struct Place {
   Vector3d p_m, d1, d2;  // And its derivatives.
 };
 
-/// Where a sample's surface touches a facet, in the body's frame.
+/// The contact of a sample's surface with a facet, in the body's frame.
 struct Touch {
   Vector3d p_m, n;
   double gap_m, weight;
@@ -64,17 +64,17 @@ struct Touch {
   bool on_round;   // The facet's.
 };
 
-/// Body whose faces are all flat.
+/// Tests whether all faces of a body are flat.
 bool is_flat(const Solid& b) { return std::holds_alternative<HalfSpace>(b) || std::holds_alternative<BoxShape>(b); }
 
-/// How much nearer than a sample, so bent, a place of its cell may be to a body.
+/// Returns how much nearer to a body than a sample a point of its curved cell may be.
 double nearer_by_m(const SampledSolid& a, double bent_per_m, const Solid& b) {
   const double cell_m = kCell * a.spacing_m();
   return is_flat(b) ? std::min(cell_m, std::max(0.0, bent_per_m) * cell_m * cell_m) : cell_m;
 }
 
-/// The place of least gap around a sample over a facet; nothing where that is not near the sample. Newton's method in
-/// the directions in which the two part; where they are flat the sample itself is the place.
+/// Finds the point of least gap around a sample over a facet; nothing if it is not near the sample. Newton's method in
+/// the directions in which the two diverge; where they are flat the sample itself is the point.
 std::optional<Touch> touch(const SampledSolid& a, const BentSample& sample, const Solid& b, int facet,
                            const Isometry3d& X_BA, double band_m) {
   const double cell_m = kCell * a.spacing_m(), nearer_m = nearer_by_m(a, sample.k1_per_m, b);
@@ -120,7 +120,7 @@ std::optional<Touch> touch(const SampledSolid& a, const BentSample& sample, cons
   }
 }
 
-/// The places that touches share, their means by weight.
+/// The places shared by touches, with their weighted means.
 class Gathered {
  public:
   Gathered(double apart_m, double band_m) : apart_m_(apart_m), band_m_(band_m) {}
@@ -136,7 +136,7 @@ class Gathered {
       } else {
         part = std::max_element(parts_.begin(), parts_.end(),
                                 [](const Part& a, const Part& b) { return a.gap_m / a.weight < b.gap_m / b.weight; });
-        if (touch.gap_m > part->gap_m / part->weight) return;  // All that there is room for are deeper.
+        if (touch.gap_m > part->gap_m / part->weight) return;  // All contacts with room are deeper.
       }
       *part = {touch.p_m, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0.0, 0.0, touch.on_round};
     }
@@ -147,7 +147,7 @@ class Gathered {
     part->round_m = std::max(part->round_m, touch.round_m);
   }
 
-  /// Of more than are allowed, as along a line, those that are farthest from one another.
+  /// Keeps those farthest from one another if there are too many, as along a line.
   void give(std::int32_t place, std::vector<SolidContact>& contacts) {
     for (std::size_t given = 0; given < count_ && given < kMostRound; ++given) {
       if (count_ > kMostRound && given > 0) {
@@ -178,7 +178,7 @@ class Gathered {
   double apart_m_, band_m_;
 };
 
-/// Edges and corners of A over the facets of B, whose places begin with `first_place`.
+/// Adds contacts of edges and corners of A with the facets of B; places begin with `first_place`.
 void meet_sharp(const SampledSolid& a, const Solid& b, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                 std::vector<SolidContact>& contacts) {
   const std::size_t first = contacts.size();
@@ -208,7 +208,7 @@ void meet_sharp(const SampledSolid& a, const Solid& b, const Isometry3d& X_BA, d
     contacts.push_back(deepest);
 }
 
-/// Round places of A over the facets of B.
+/// Adds contacts of curved places of A with the facets of B.
 void meet_round(const SampledSolid& a, const Solid& b, const Isometry3d& X_BA, double band_m,
                 std::vector<SolidContact>& contacts) {
   const double nearer_m = nearer_by_m(a, a.most_bent_per_m(), b);

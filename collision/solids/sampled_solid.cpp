@@ -14,16 +14,15 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// In spacings: how far samples tell how a surface bends, and how far from an edge its faces have samples.
+// In spacings: range of samples for the curvature, and distance from an edge to its faces' samples.
 constexpr double kBends = 2.0, kBeside = 2.5;
-// Normals that differ by 60 degrees are of two faces, as ImplicitSurface has it; those of a plate's two sides do not
-// meet.
+// Normals that differ by 60 degrees are of two faces, as in ImplicitSurface; those of a plate's two sides do not meet.
 constexpr double kUnlike = 0.5, kOpposite = -0.95;
-// In spacings, so far apart are points of an edge, and so far along it others tell whether it is straight.
+// In spacings: distance of an edge's points, and range along it of others for its straightness.
 constexpr double kApart = 0.5, kEdgeTells = 4.0;
 constexpr double kBent_m = 1e-8;  // Less is straight, or flat.
 
-/// How far x is over the surface around a sample, and which way that grows.
+/// The height of x over the surface around a sample, and its gradient.
 struct Height {
   double over_m;
   Vector3d slope;
@@ -36,7 +35,7 @@ Height height(const BentSample& at, const Vector3d& x) {
           at.n + at.k1_per_m * u1 * at.t1 + at.k2_per_m * u2 * t2};
 }
 
-/// Gives a sample the curvatures that make its neighbours' normals and heights; what is less than `flat_per_m` is flat.
+/// Fits a sample's curvatures to its neighbours' normals and heights; less than `flat_per_m` is flat.
 void bend(const PointCloud& cloud, const PointGrid& grid, Index i, double spacing_m, double flat_per_m,
           BentSample& sample) {
   BendFit fit(sample.p_m, sample.n, kBends * spacing_m);
@@ -50,7 +49,7 @@ void bend(const PointCloud& cloud, const PointGrid& grid, Index i, double spacin
   sample.k2_per_m = or_flat(bend.k2_per_m);
 }
 
-/// Where the surfaces around two or three samples meet, nearest to `x`. Newton's method.
+/// Finds the intersection of the surfaces around two or three samples nearest to `x`. Newton's method.
 Vector3d meeting(const BentSample& a, const BentSample& b, const BentSample* c, Vector3d x) {
   for (int k = 0; k < 5; ++k) {
     const Height at_a = height(a, x), at_b = height(b, x);
@@ -82,7 +81,7 @@ struct SharpPlaces {
   std::vector<SharpPoint> corners, edges;
 };
 
-/// The place of an edge and of a corner nearest to sample i.
+/// Finds the points of an edge and of a corner nearest to sample i.
 void find_sharp(const std::vector<BentSample>& samples, const PointGrid& grid, Index i, double spacing_m,
                 SharpPlaces& found) {
   const BentSample& own = samples[i];
@@ -112,7 +111,7 @@ void find_sharp(const std::vector<BentSample>& samples, const PointGrid& grid, I
   if ((corner - own.p_m).norm() < kBeside * spacing_m && is_in(corner)) found.corners.push_back({corner});
 }
 
-/// Those that are no nearer than `apart_m` to one kept before.
+/// Returns those that are no nearer than `apart_m` to one kept before.
 void keep_apart(const std::vector<SharpPoint>& more, double apart_m, std::vector<SharpPoint>& kept) {
   for (const SharpPoint& point : more) {
     const auto is_near = [&](const SharpPoint& other) {
@@ -122,7 +121,7 @@ void keep_apart(const std::vector<SharpPoint>& more, double apart_m, std::vector
   }
 }
 
-/// Samples at the rim of a flat face that has no edge there: that of a plate whose sides are thinner than its samples.
+/// Returns samples at the rim of a flat face without an edge there: of a plate thinner than its samples' spacing.
 std::vector<SharpPoint> rims(const std::vector<BentSample>& samples, const PointGrid& grid, double spacing_m,
                              const std::vector<SharpPoint>& sharp) {
   constexpr double kAside =
@@ -144,7 +143,7 @@ std::vector<SharpPoint> rims(const std::vector<BentSample>& samples, const Point
   return found;
 }
 
-/// Puts each point as far as can be from all before it.
+/// Orders points so that each is as far as possible from all before it.
 void spread_out(std::vector<SharpPoint>& points) {
   std::vector<double> squared_m2(points.size(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k + 1 < points.size(); ++k) {
@@ -156,7 +155,7 @@ void spread_out(std::vector<SharpPoint>& points) {
   }
 }
 
-/// How point i stands to the chords between its neighbours along its edge, on both sides of it.
+/// The deviation of point i from the chords between its neighbours along its edge, on both sides of it.
 struct Chords {
   double least_m = std::numeric_limits<double>::infinity();  ///< How far the nearest one is; infinite: there is none.
   double shortest_m = std::numeric_limits<double>::infinity(),
@@ -191,7 +190,7 @@ std::vector<Vector3d> places_of(const std::vector<BentSample>& samples) {
   return places_m;
 }
 
-/// By how much the surface around a sample misses its neighbours, where their cells meet: half way.
+/// Estimates the error of the surface around a sample at its neighbours, where their cells meet: half way.
 double missed_m(const std::vector<BentSample>& samples, const PointGrid& grid, Index i, double spacing_m) {
   constexpr double kHalfWay = 0.125;  // Of the third order.
   double most_m = 0.0;

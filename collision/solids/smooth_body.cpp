@@ -24,7 +24,7 @@ struct Gauge {
 /// A coordinate that is 0 counts as this share of the half size: powers and quotients of it stay finite.
 constexpr double kLeastShare = 1e-60;
 
-/// For each of the planes x = 0, y = 0, z = 0, whether something is so.
+/// A flag for each of the planes x = 0, y = 0, z = 0.
 using Planes = std::array<bool, 3>;
 
 struct EllipsoidGauge {
@@ -83,7 +83,7 @@ struct SuperquadricGauge {
   }
 };
 
-/// A place of a convex surface, seen from x: u and v span its tangent plane, in which the Hessian over the size of the
+/// A point of a convex surface relative to x: u and v span its tangent plane, in which the Hessian over the size of the
 /// gradient has the components uu, uv, vv.
 struct Tangent {
   double distance_m;
@@ -95,7 +95,7 @@ struct Tangent {
   [[nodiscard]] double spread() const { return std::sqrt(0.25 * (uu - vv) * (uu - vv) + uv * uv); }
 };
 
-/// The place in the direction of s.
+/// Returns the surface point in the direction of s.
 template <typename Shape>
 Tangent tangent_at(const Shape& shape, const Vector3d& s, const Vector3d& x) {
   const Gauge at = shape.at(s);
@@ -122,7 +122,7 @@ SurfaceForm principal(const Tangent& at) {
 /// it, which leads away from there.
 constexpr double kMostDepth = 0.9;
 
-/// Newton's step along the surface to where x is over it: (1 + d K) step = x - s.
+/// Computes Newton's step along the surface to the foot of x: (1 + d K) step = x - s.
 Vector3d newton_step(const Tangent& at, const Vector3d& x) {
   const Vector3d off = x - at.point_m;
   double d = at.distance_m;
@@ -133,7 +133,7 @@ Vector3d newton_step(const Tangent& at, const Vector3d& x) {
   return part * (c * off_u - b * off_v) * at.u + part * (a * off_v - b * off_u) * at.v;
 }
 
-/// The place after a step that is so small that its square is nothing to the form, but not to the place.
+/// Returns the point after a step whose square is negligible for the form, but not for the point.
 SurfaceForm moved(const SurfaceForm& form, const Vector3d& step, const Vector3d& x) {
   constexpr double kMostTurn = 1e-3;
   const Vector3d t2 = form.normal.cross(form.t1);
@@ -152,13 +152,13 @@ struct NewtonFoot {
   bool converged = false;
 };
 
-/// Whether a place is in a plane of symmetry, to a share of the half size across it.
+/// Tests whether a point is in a plane of symmetry, to a fraction of the half size across it.
 bool is_at(const Tangent& at, const Vector3d& half_m, int k) {
   constexpr double kShare = 1e-12;
   return std::abs(at.point_m[k]) <= kShare * half_m[k];
 }
 
-/// A step that stays on this side of the walls. A place at a wall goes along it, where the step would cross it.
+/// Returns a step that stays on this side of the walls. At a wall a step that would cross it goes along it.
 Vector3d within_walls(const Planes& walls, const Vector3d& half_m, const Tangent& at, const Vector3d& x,
                       Vector3d step) {
   constexpr double kUpTo = 0.99;
@@ -179,8 +179,8 @@ Vector3d within_walls(const Planes& walls, const Vector3d& half_m, const Tangent
   return part * step;
 }
 
-/// Steps on from a start; a step that does not come nearer to x is halved. At a sharp pole many are: a step begins with
-/// what was good for the last one, or some more.
+/// Iterates from a start; a step that does not come nearer to x is halved. At a sharp pole many are: a step begins with
+/// the last one's factor, or slightly more.
 template <typename Shape>
 NewtonFoot newton_foot(const Shape& shape, const Vector3d& x, const Vector3d& start) {
   const double size_m = shape.half_m.maxCoeff();
@@ -212,8 +212,8 @@ NewtonFoot newton_foot(const Shape& shape, const Vector3d& x, const Vector3d& st
   }
 }
 
-/// The foot as it is handed out: no curvature is too sharp. The gradient at a crease is one of all the normals there;
-/// seen from outside it is the one towards x that counts. It may also be that the method has stuck there: it says so.
+/// Returns the final foot: curvatures are bounded. The gradient at a crease is one of all the normals there; from
+/// outside the one towards x counts. Also tells whether the method got stuck there.
 template <typename Shape>
 NewtonFoot finished(const Shape& shape, NewtonFoot foot, const Vector3d& x) {
   constexpr double kOver = 1e-11;
@@ -230,7 +230,7 @@ NewtonFoot finished(const Shape& shape, NewtonFoot foot, const Vector3d& x) {
   return {form, false};
 }
 
-/// Where Newton's method starts: at near, or x, or anywhere on the surface, if the body's middle is all that they name.
+/// Returns the start of Newton's method: at near, or x, or anywhere on the surface if both are the body's middle.
 ///
 /// The start is off creases and sharp poles, on the same side as x; or as near, if x is deeper in the body than it is
 /// beyond the plane between the sides.

@@ -11,10 +11,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A point so far in the corner of a hole's wall and floor is in both.
+// A point this far in the corner of a hole's wall and floor is in both.
 constexpr double kCorner_m = 1e-4;
 
-/// Of a convex solid whose faces are q <= 0: distance from them all, and how much of it is along each.
+/// The foot on a convex solid whose faces are q <= 0: distance from them all, and its part along each.
 template <typename Vector>
 struct Nearest {
   double gap_m;
@@ -35,7 +35,7 @@ Nearest<Vector> nearest(const Vector& q) {
   return {gap, outside / gap, faces > 1};
 }
 
-/// Of a solid of revolution: from its half plane (rho, z).
+/// Returns the foot on a solid of revolution from its half plane (rho, z).
 Vector3d turned(const Vector2d& normal, const Vector3d& x, double rho) {
   if (rho == 0.0) return {0.0, 0.0, normal[1]};
   return {normal[0] * x[0] / rho, normal[0] * x[1] / rho, normal[1]};
@@ -69,8 +69,8 @@ std::optional<Foot> foot_of(const CylinderShape& cylinder, int /*facet*/, const 
 
 enum HoleFacet { kPlate, kWall, kFloor };
 
-/// The nearest part of a hole's plate, chamfer and bore, which bound a convex region of the half plane (rho, z): as if
-/// the hole went through.
+/// The nearest part of a hole's plate, chamfer and bore, which bound a convex region of the half plane (rho, z), as for
+/// a through hole.
 struct MouthFoot {
   HoleFacet facet;
   double gap_m;

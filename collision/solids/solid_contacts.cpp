@@ -14,7 +14,8 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Whether n is out of a box at its edge along `axis` through `at`: between the normals of the two faces there.
+/// Tests whether n points out of a box at its edge along `axis` through `at`: between the normals of the two faces
+/// there.
 bool is_out_of_edge(const Vector3d& at, int axis, const Vector3d& n) {
   constexpr double kAlong = 1e-9;
   for (int i = 0; i < 3; ++i) {
@@ -34,21 +35,21 @@ struct BoxFace {
   int axis = 0;
   double side = 1.0;
 
-  /// Whether an edge is one of its four.
+  /// Tests whether an edge is one of its four.
   [[nodiscard]] bool has(const Feature& edge) const {
     return axis_of(edge) != axis && std::copysign(1.0, edge.a_m[axis]) == side;
   }
 };
 
-/// Faces of two boxes that look at one another, but for an angle that is small.
+/// Faces of two boxes that face one another, up to a small angle.
 struct FacingFaces {
   BoxFace of_a, of_b;
   Vector3d n;  ///< Out of B.
   double gap_m = -std::numeric_limits<double>::infinity();
 };
 
-/// Of all faces of A at X that look at one of B, those that are the farthest apart: by which the boxes may touch, while
-/// the others overlap. None where the boxes lean.
+/// Finds, among the faces of A at X that face one of B, those that are farthest apart: the boxes may touch there, while
+/// the others overlap. None if the boxes are tilted.
 std::optional<FacingFaces> facing_faces(const BoxShape& a, const BoxShape& b, const Isometry3d& X_BA) {
   // Where faces lean more, only their lowest crossing is within a band.
   constexpr double kFacing = 0.9999;
@@ -69,8 +70,8 @@ std::optional<FacingFaces> facing_faces(const BoxShape& a, const BoxShape& b, co
   return farthest;
 }
 
-/// Edges of two boxes that cross, each inside of the other's ends. Those of faces that look at one another are seen
-/// along the normal of B's face: with its corners over the other's they are the corners of what two faces share. Edges
+/// Adds crossing edges of two boxes, each inside of the other's ends. Those of opposite faces are projected along the
+/// normal of B's face: with its corners over the other's they are the corners of the area that two faces share. Edges
 /// elsewhere touch along their common normal, where that is out of both boxes.
 void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                  std::vector<SolidContact>& contacts) {
@@ -106,7 +107,7 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
   }
 }
 
-/// The one place where a ball, A or B, is nearest to a convex solid. False if the pair is another one.
+/// Adds the point where a ball, A or B, is nearest to a convex solid. False if the pair is another one.
 bool meet_ball(const Solid& a, const Solid& b, const Isometry3d& X_BA, double band_m,
                std::vector<SolidContact>& contacts) {
   const bool reversed = std::holds_alternative<SphereShape>(b);
@@ -143,7 +144,7 @@ void meet(const Look& look, const std::vector<Feature>& features, std::int32_t& 
 
 std::size_t most_contacts(const TouchingSolid& a, const Solid& b) {
   const auto of = [](const Solid& solid, int base_facets) {
-    // A place of least gap on a circle takes the two beside it out.
+    // A point of least gap on a circle replaces the two beside it.
     std::size_t most = 0;
     for (const Feature& feature : features(solid)) most += feature.kind == Feature::Kind::kCircle ? kCirclePlaces : 1;
     return most * static_cast<std::size_t>(base_facets);

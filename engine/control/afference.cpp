@@ -15,7 +15,7 @@ Afference::Afference(const Model& model) {
   const double delay_s =
       std::max(control.feedback_delay_s, model.feels() ? model.scene.fingertips->touch->delay_s : 0.0);
   if (delay_s <= 0.0 && !model.feels()) return;
-  // One a tick: how often control ticks come may change while it runs.
+  // One per tick: the control rate may change during a run.
   past_.assign(static_cast<std::size_t>(ticks_of(model, delay_s)) + 2,
                {State(model), FingerForces::Zero(3, model.fingers())});
 }

@@ -16,13 +16,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The minors of J: a vector that is normal to its rows. Where J is singular they vanish but for rounding.
+/// Returns the minors of J: a vector normal to its rows. Where J is singular they vanish but for rounding.
 Eigen::Vector4d normal_to_rows(const Eigen::Matrix<double, 3, 4>& J) {
   const auto minor = [&](int a, int b, int c) { return J.col(a).dot(J.col(b).cross(J.col(c))); };
   return {minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)};
 }
 
-/// The ball that a pulp is like where it is nearest to the object, its centre in the world.
+/// Returns the ball that approximates a pulp where it is nearest to the object, its centre in the world.
 PulpBall pulp_ball(const Model& model, const Isometry3d& X_WF, const Snapshot& snapshot, int finger) {
   const Fingertip& tip = model.scene.hand.fingertips[finger];
   PulpBall ball = touching_ball(tip, model.object, snapshot.X_WO.inverse() * X_WF);

@@ -14,7 +14,7 @@ using Eigen::Index;
 
 namespace {
 
-// Grasp forces may be so many times what is asked for, moments taken at this lever.
+// Largest ratio of grasp forces to the commanded wrench, moments at this lever.
 constexpr double kMostForce = 100.0, kLeastLever_m = 1e-2;
 
 const ControlSettings& settings_of(const Model& model) {
@@ -22,13 +22,13 @@ const ControlSettings& settings_of(const Model& model) {
   return *model.scene.control;
 }
 
-/// The scene's table of muscle forces, or of torques; null if it has none.
+/// Returns the scene's table of muscle forces, or of torques; null if it has none.
 const DriveTable* table_of(const Scene& scene, bool muscles) {
   if (!scene.control || !scene.control->drive || scene.control->drive->muscles != muscles) return nullptr;
   return &*scene.control->drive;
 }
 
-/// Something that is being found, for which what it needs may not ask.
+/// A guard of a result that is being computed, which its own inputs must not request.
 class Finding {
  public:
   Finding(bool& finding, const char* what) : finding_(finding) {
@@ -43,13 +43,13 @@ class Finding {
   bool& finding_;
 };
 
-/// The controller's memory goes on with each answer, so there is one.
+/// Throws unless this is the first call: the controller's state advances with each answer.
 void expect_first(bool& given, const char* what) {
   if (given) throw std::logic_error(std::string(what) + " as published is found once a period");
   given = true;
 }
 
-/// What a function of the caller's gave: refused here, where it can be named.
+/// Checks the result of a caller's function, here where it can be named.
 template <typename Numbers>
 const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
   if (numbers.size() != asked) {
@@ -62,7 +62,7 @@ const Numbers& checked(const Numbers& numbers, Index asked, const char* what) {
 
 bool anticipates(const Model& model) { return model.scene.control && model.scene.control->anticipation; }
 
-/// The middle of the time for which this period's drive acts.
+/// Returns the middle of the time for which this period's drive acts.
 double planned_s(const ControlPeriod& period) {
   return period.now_s() + period.model.scene.control_delay_s + 0.5 * period.model.scene.control_period_s;
 }
@@ -183,13 +183,13 @@ Vector3d to_centre_m(const ControlPeriod& period, const std::optional<Vector3d>&
   return centre_O ? Vector3d(period.snapshot.X_WO.linear() * *centre_O) : Vector3d::Zero();
 }
 
-/// What the PID controls in this period.
+/// Returns the error that the PID controls in this period.
 const std::optional<Vector3d>& centre_of(const ControlPeriod& period, const Phase* phase) {
   return phase != nullptr && phase->centre_m ? phase->centre_m : settings_of(period.model).centre_m;
 }
 
-/// The gains of another phase. What the integrals held goes on, for the object is as heavy as before; with the weight
-/// it is left to what bears the object.
+/// Sets the gains of another phase. The integrals' wrench is kept, for the object is as heavy as before; it is released
+/// with the weight to the object's support.
 void change_gains(ControlPeriod& period, const Phase* phase) {
   Controller& controller = period.controller;
   const TaskReport& task = period.report.task;
@@ -218,7 +218,7 @@ Vector6d published_wrench(ControlPeriod& period) {
   const TaskReport& task = period.report.task;
   const Phase* const phase = controller.task ? controller.task->phase(period.model.scene) : nullptr;
   if (controller.task) change_gains(period, phase);
-  // In a hold nothing that is asked for acts. The error that has gathered there comes back as slowly as the drive does.
+  // In a hold no command acts. The error that has accumulated there returns as slowly as the drive does.
   const double fade = std::exp(-controller.period_s / kResume_s);
   controller.acting_share = period.snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
   Vector6d error = period.error();
@@ -243,7 +243,7 @@ Vector6d published_wrench(ControlPeriod& period) {
 
 namespace {
 
-/// Of fingers that come and go: those that touch the object press it a little.
+/// Returns forces of fingers that move alone: those that touch the object press it slightly.
 FingerForces touching_forces(ControlPeriod& period) {
   FingerForces f = FingerForces::Zero(3, period.model.fingers());
   for (int k = 0; k < period.model.fingers(); ++k) {
@@ -274,9 +274,9 @@ std::optional<FingerForces> published_forces(ControlPeriod& period) {
 
 namespace {
 
-/// Muscles that have stiffness pull the joints to where they are with the object at its target; not beyond a joint's
-/// range, where bones would have to take it. The force control feels what that does to the object as it feels all else:
-/// told to expect it, it would act on what it expects of a snapshot that is old, and swing.
+/// Makes muscles with stiffness pull the joints to their angles with the object at its target, within the joints'
+/// ranges, beyond which bones would bear the load. The force control senses the effect on the object like all others:
+/// with feed-forward it would act on expectations from an old snapshot, and oscillate.
 void let_muscles_pull(ControlPeriod& period) {
   const Hand& hand = period.model.scene.hand;
   const Snapshot& snapshot = period.snapshot;
@@ -295,10 +295,10 @@ void let_muscles_pull(ControlPeriod& period) {
 
 namespace {
 
-/// Fingers that touch nothing go along the object's normals, and keep to the posture that this makes: muscles that give
-/// way would carry them off.
+/// Moves free fingers along the object's normals, and holds the resulting posture, from which compliant muscles would
+/// let them drift.
 void move_free_fingers(ControlPeriod& period, JointVector& tau) {
-  constexpr double kMost_per_s = 10.0;  // How fast they come back to it.
+  constexpr double kMost_per_s = 10.0;  // Rate of return to it.
   const Model& model = period.model;
   Controller& controller = period.controller;
   if (controller.q_free.size() == 0) controller.q_free = period.snapshot.q;
@@ -347,8 +347,8 @@ JointVector published_torques(ControlPeriod& period) {
 
 namespace {
 
-/// The least muscle forces for these torques. If their limits do not allow them: the least without limits, as far as
-/// each muscle goes.
+/// Computes the least muscle forces for these torques. If limits do not allow them: the least without limits, each
+/// clamped to its limit.
 void find_least_forces(ControlPeriod& period, const JointVector& tau) {
   Controller& controller = period.controller;
   const MuscleProblem problem{period.moment_arms(), tau, controller.most_N};
@@ -361,7 +361,7 @@ void find_least_forces(ControlPeriod& period, const JointVector& tau) {
   controller.f_muscle = controller.f_muscle.cwiseMin(controller.most_N);
 }
 
-/// What a newton more of squeeze adds to the forces of this period.
+/// Returns the forces of this period per newton of internal force.
 FingerForces more_squeeze(ControlPeriod& period) {
   const Model& model = period.model;
   ControlReport squeezed = period.report;

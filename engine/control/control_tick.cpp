@@ -12,7 +12,7 @@ using Eigen::Index;
 
 namespace {
 
-/// tau: what drives the joints in this period.
+/// Returns tau, the drive of the joints in this period.
 JointVector joint_torques(ControlPeriod& period) {
   const Scene& scene = period.model.scene;
   if (!scene.control && !period.controller.own.torques) return scene.torques.value_or(scene.hand.at_zero());
@@ -26,7 +26,7 @@ JointVector joint_torques(ControlPeriod& period) {
   return tau;
 }
 
-/// What the contact side is to know of the muscles.
+/// Fills the frame's data of the muscles.
 void hand_over_muscles(const Model& model, const Snapshot& snapshot, const Eigen::Vector3d& gravity,
                        const Controller& controller, Frame& frame) {
   frame.muscle_N = controller.f_muscle;
@@ -38,7 +38,7 @@ void hand_over_muscles(const Model& model, const Snapshot& snapshot, const Eigen
   }
 }
 
-/// The newest snapshot, or what is known of the state with control.feedback_delay.
+/// Returns the newest snapshot, or the known one with control.feedback_delay.
 const Snapshot& seen_by_laws(const Model& model, const Snapshot& snapshot, Controller& controller) {
   if (!controller.afference.is_needed()) return snapshot;
   controller.afference.add(snapshot, controller.f_desired);
@@ -49,7 +49,7 @@ const Snapshot& seen_by_laws(const Model& model, const Snapshot& snapshot, Contr
 void go_on_with_task(const Model& model, const Snapshot& seen, Controller& controller, ControlReport& report) {
   controller.task->update(model, controller.pose, seen, controller.f_desired);
   report.task = controller.task->report();
-  // Fingers that come and go feel loads that nobody has to answer.
+  // The reflex does not respond to loads of fingers that move alone.
   const double from_N = model.scene.control->internal_force_N;
   for (ContactGrip& grip : report.reflex.grips) {
     const double answer_N = report.task.holds ? grip.internal_force_N - from_N : 0.0;
@@ -64,7 +64,7 @@ ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, 
   ControlReport report(scene.hand);
   Stopwatch total;
   const Snapshot& seen = seen_by_laws(model, snapshot, controller);
-  // What has passed for the object: late ticks are further apart, and steps that slip do not count.
+  // Simulated time: late ticks are further apart, and steps that slip do not count.
   if (controller.sequence > 0) {
     const auto steps = std::max<std::int64_t>(1, snapshot.tick - controller.last_tick);
     controller.period_s = static_cast<double>(steps) * scene.step_s;
@@ -85,7 +85,7 @@ ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, 
     report.factors_s = stage.lap();
   };
   if (scene.muscles_act()) {
-    // What they are, not what is known of it.
+    // The actual ones, not the known ones.
     forward_kinematics(scene.hand, snapshot.q, controller.pose);
     find_bellies(scene.hand, controller.pose, controller.bellies);
   }

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kRigid_m_per_N = 1e-8;
-// A contact at its cone slides: the solver leaves as much open.
+// A contact this near to its cone slides: the solver's tolerance.
 constexpr double kAtLimit = 1e-5;
 
 using JointsObject = Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxFingerJoints, 6>;
@@ -31,7 +31,7 @@ struct Loaded {
   Matrix3d E_W;
 };
 
-/// What one finger's loads are as a whole.
+/// The sum of one finger's loads.
 struct Patch {
   Vector3d centre_m = Vector3d::Zero(), force_N = Vector3d::Zero();
   Matrix3d moments_Nm = Matrix3d::Zero();  ///< S: sum of f d', d from the centre.
@@ -51,13 +51,14 @@ void for_each_loaded(const Frame& frame, int k, const ContactLoads& loads, const
   }
 }
 
-/// How a pulp's forces on the object answer to motions at its patch's centre.
+/// The stiffness of a pulp's forces on the object against motions at its patch's centre.
 struct PulpAnswer {
   Matrix6d K;                        ///< To the object's motion against the finger.
   Eigen::Matrix<double, 6, 3> tilt;  ///< To its turn against it, which the normals of the contacts follow.
 };
 
-/// What C f at a contact loses, by forces at another one, when the normals of both turn about the world's axes.
+/// Returns the change of C f at a contact, by forces at another one, when the normals of both rotate about the world's
+/// axes.
 Matrix3d turned_compliance(const SurfaceCompliance& C, Index i, Index j, const Loaded& at, const Loaded& by,
                            const Matrix3d& R_WF) {
   const Vector3d r = R_WF * (C.p_m.row(i) - C.p_m.row(j)).transpose();
@@ -74,8 +75,8 @@ Matrix3d turned_compliance(const SurfaceCompliance& C, Index i, Index j, const L
   return change;
 }
 
-/// R <- L^-1 R, with C = L L' of which the lower triangle counts. Products of Eigen's would be calls of copies that
-/// other rooms may have made slower.
+/// Computes R <- L^-1 R with C = L L', of which the lower triangle counts. Eigen's products would be copies that other
+/// translation units may have made slower.
 void solve_lower_factor(Eigen::MatrixXd& C, Eigen::Ref<Eigen::MatrixXd> R) {
   for (Index j = 0; j < R.rows(); ++j) {
     C(j, j) = std::sqrt(C(j, j));
@@ -91,7 +92,7 @@ void solve_lower_factor(Eigen::MatrixXd& C, Eigen::Ref<Eigen::MatrixXd> R) {
   }
 }
 
-/// A^-1 X by elimination without pivots, for A that is nearly symmetric.
+/// Computes A^-1 X by elimination without pivots, for A that is nearly symmetric.
 JointsObject solved(JointMatrix A, JointsObject X) {
   const Index n = A.rows();
   for (Index j = 0; j < n; ++j) {

@@ -47,7 +47,7 @@ void Swings::Course::add(double now, double least) {
   if (way == 0 && std::abs(now - far) > least) way = now > far ? 1 : -1;
   if (way != 0 && on >= 0.0) far = now;
   if (!(on < -0.1 * least)) return;
-  // It turns. Of an angle, which has no sign, two swings are one: there and back.
+  // It reverses. For an angle, which has no sign, two swings are one: there and back.
   const double size = std::abs(far - turned);
   wider = one_before > 0.0 && size > least && size > kWider * kWider * one_before ? wider + 1 : 0;
   if (wider == 0) first = size;

@@ -18,7 +18,7 @@ inline constexpr double kMostDelay = std::numbers::pi / 2.0;
 /// Returns T: control.feedback_delay, time.control_delay, and half a period, the mean age of a command.
 [[nodiscard]] double loop_delay_s(const Scene& scene);
 
-/// Detects growing oscillations of the object about its target.
+/// A detector of growing oscillations of the object about its target.
 class Swings {
  public:
   static constexpr double kLeast_m = 0.1e-3;  ///< Least swing.

@@ -10,17 +10,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kMemory_s = 0.02;       // In so long an unexpected load becomes the expected one.
-constexpr double kUsualMargin = 0.3;     // What people leave, where a scene says nothing.
-constexpr double kHardlySticks = 0.5;    // This part of the least share: the patch is about to go.
-constexpr double kStep = 0.1;            // A friction that is so much less than the last is another surface; else
-constexpr double kSteady_s = 0.05;       // it is a mean over so long.
-constexpr double kMostlySlips = 0.5;     // Less of a patch sticks: what it feels is no chance of a few points.
-constexpr double kMuchMore = 2.0;        // So many times as severe as what a running pulse answers.
-constexpr double kRises_s = 0.15;        // To let go takes longer than to hold on.
-constexpr double kMostSqueeze_N = 50.0;  // More than fingers have.
+constexpr double kMemory_s = 0.02;       // Time in which an unexpected load becomes the expected one.
+constexpr double kUsualMargin = 0.3;     // Margin of people, if the scene has none.
+constexpr double kHardlySticks = 0.5;    // Fraction of the least share: the patch is about to slide.
+constexpr double kStep = 0.1;            // Decrease of friction that indicates another surface; else
+constexpr double kSteady_s = 0.05;       // friction is averaged over this time.
+constexpr double kMostlySlips = 0.5;     // Sticking share below which the sensed friction is not that of a few points.
+constexpr double kMuchMore = 2.0;        // Severity, relative to a running pulse's cause, of a new one.
+constexpr double kRises_s = 0.15;        // Releasing takes longer than gripping.
+constexpr double kMostSqueeze_N = 50.0;  // More than fingers can exert.
 
-/// The rise of a pulse, from 0 to 1, `s` after it began.
+/// Returns the rise of a pulse, from 0 to 1, `s` after it began.
 double risen(double s, double pulse_s) {
   return 0.5 * (1.0 - std::cos(std::numbers::pi * std::clamp(s / pulse_s, 0.0, 1.0)));
 }
@@ -50,7 +50,7 @@ Reflex::Surprise Reflex::feel_load(const ControlSettings& control, const Sensed&
   const Vector3d unexpected_N = touch.tangential_N - expected_N;
   if (!finger.is_loaded) finger.mean_N = unexpected_N;
   finger.is_loaded = touch.normal_N > 0.0;
-  // A load that falls asks for nothing; one that falls because its patch slides is a slip.
+  // A decreasing load needs no response; one that decreases as its patch slides is a slip.
   const double change_N = touch.tangential_N.norm() - (expected_N + finger.mean_N).norm();
   const double rate_N_per_s = change_N / kMemory_s;
   finger.mean_N += (1.0 - std::exp(-period_s / kMemory_s)) * (unexpected_N - finger.mean_N);
@@ -58,11 +58,11 @@ Reflex::Surprise Reflex::feel_load(const ControlSettings& control, const Sensed&
   const double mu_c = finger.friction / (1.0 + margin_);
   if (!finger.is_loaded || !(mu_c > 0.0)) return surprise;
   if (rate_N_per_s > settings.load_rate_N_per_s) {
-    // What will be needed when the answer acts.
+    // The load when the response acts.
     surprise = {ReflexEvent::kLoad, rate_N_per_s / settings.load_rate_N_per_s,
                 (change_N + rate_N_per_s * delay_s_) / mu_c};
   } else if (touch.stick < kHardlySticks * settings.stick) {
-    // Cones of felt friction ask for what is needed by themselves.
+    // Cones of sensed friction already give the needed forces.
     const double lacks_N = control.felt_margin ? 0.0 : expected_N.norm() / mu_c - desired_N.dot(n);
     surprise = {ReflexEvent::kSlip, 1.0, std::max(0.0, lacks_N)};
   }
@@ -97,12 +97,11 @@ ReflexReport Reflex::update(const Model& model, const Sensed& felt, const Snapsh
 void Reflex::answer(const ControlSettings& control, const Sensed& felt, const PerFinger<double>& pressing_N,
                     double now_s, double period_s, bool quiet, ReflexReport& report) {
   const ReflexSettings& settings = *control.reflex;
-  // A pulse is for what began it, or for what is much more; the load that comes back when a slip has been caught is its
-  // own doing.
+  // A pulse responds to its cause, or to a much more severe one; the load that returns after a slip is its own effect.
   const double running_s = now_s - pulse_from_s_;
   const bool comes_back = answers_slip_ && running_s < delay_s_ + 2.0 * kMemory_s;
   const double masked = running_s < settings.pulse_s ? kMuchMore * severity_ : 0.0;
-  // A squeeze acts beyond what the cones ask for: it rises from there.
+  // A grip force acts beyond that of the cones: it rises from there.
   const auto beyond_N = [&](int k) { return pressing_N[k] - control.internal_force_N; };
   double loudest = 0.0;
   PerFinger<double> target_N(static_cast<int>(fingers_.size()));

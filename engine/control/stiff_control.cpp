@@ -11,18 +11,18 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Fingers whose posture the object does not hold turn away in b over this: in 5 s of usual joints.
+// Postures that the object does not stabilise diverge in b over this: 5 s for usual joints.
 constexpr double kPosture_Nm_per_rad = 0.01;
-// Effort of a newton of squeeze itself: next to nothing, for muscles pay for it.
+// Effort of a newton of internal force itself: nearly none, as muscles account for it.
 constexpr double kSqueezeWeight = 1e-3;
-constexpr double kSqueeze_N_per_s = 20.0;  // How fast it may change: forces of a period reckon with that much.
-constexpr double kLeastLoad_N = 0.1;       // Below, a patch is too small to foretell how it grows.
-// What is tried of the share of the last period, one after the other, and after how long it grows again, how fast.
+constexpr double kSqueeze_N_per_s = 20.0;  // Largest rate of change, the bound of a period's choice.
+constexpr double kLeastLoad_N = 0.1;       // Below this a patch is too small to predict its growth.
+// Successive factors on the last period's share; and the time until it grows again, and its rate.
 constexpr std::array kTries{1.0, 0.97, 0.85, 0.6};
 constexpr double kPause_s = 0.1, kMore_per_s = 1.0;
-const double kUsualArm_m = StiffMuscleData().length_m;  // Where only one kind of stiffness is asked for.
+const double kUsualArm_m = StiffMuscleData().length_m;  // If only one kind of stiffness is demanded.
 
-/// The arm on which rotations compare with translations.
+/// Returns the arm that scales rotations to translations.
 double arm_m(const ObjectStiffness& wanted) {
   const double translation = wanted.translation_N_per_m.mean(), rotation = wanted.rotation_Nm_per_rad.mean();
   if (!(translation > 0.0 && rotation > 0.0)) return kUsualArm_m;
@@ -91,7 +91,7 @@ void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const M
   motion << along, about;
   report.rotates = length_m * about.norm() > along.norm();
   report.axis_O = X_WO.linear().transpose() * (report.rotates ? about : along).normalized();
-  // The motion is of both kinds: all of what it lacks counts for the one that is named.
+  // The motion is of both kinds: the whole lack counts for the one that is named.
   const double named = report.rotates ? about.squaredNorm() : along.squaredNorm();
   report.lacking = (lack.lacking_N_per_m + motion.dot(not_tried * motion)) / named;
 }
@@ -115,9 +115,9 @@ void StiffnessControl::look(const Model& model, const Frame& frame, const HandPo
   places_of(frame, pose, model.scene.hand, places_);
   grasp_ = grasp_stiffness(model, frame, pose, {snapshot.contact_forces, places_, model.friction(now_s)},
                            model.gravity(now_s), work_);
-  is_loaded_ = grasp_.contacts > 0;  // Of a state of another model its forces are not known yet.
+  is_loaded_ = grasp_.contacts > 0;  // In a state of another model forces are not known yet.
   const ObjectStiffness& wanted = *model.scene.control->muscles->object_stiffness;
-  // Another choice: what the last one left is on another arm.
+  // Another choice: the last one's warm start is on another arm.
   if (const double arm = arm_m(wanted); arm != problem_.length_m) {
     problem_.length_m = arm;
     last_.is_set = false;
@@ -138,8 +138,9 @@ Matrix6d StiffnessControl::in_object(const Matrix6d& K_W) const {
   return K_O;
 }
 
-/// What a newton of it changes: forces that keep their directions at their points, and pulps. A pulp under the normal
-/// load N is as stiff as its patch is wide: as N^(1/3) E^(2/3) [Hertz], with E that may grow with N, too.
+/// Computes the changes per newton of internal force: forces of constant direction at their points, and pulps. A pulp
+/// under the normal load N is as stiff as its patch is wide: as N^(1/3) E^(2/3) [Hertz], with E that may grow with N,
+/// too.
 void StiffnessControl::set_squeeze(const Model& model, const HandPose& pose, const PerFinger<GraspContact>& contacts,
                                    const FingerForces& more_N, double period_s) {
   StiffSqueeze& squeeze = *problem_.squeeze;
@@ -201,7 +202,7 @@ void StiffnessControl::find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> 
       break;
     }
     report.is_unanswered |= found.status == MuscleStatus::kBudgetSpent;
-    if (found.cause == StiffCause::kTorques) return;  // Of which the least forces tell.
+    if (found.cause == StiffCause::kTorques) return;  // Reported by the least forces.
     if (found.status == MuscleStatus::kInfeasible && !report.is_infeasible) {
       tell_lack(stiff_lack(problem, found), found.cause, problem.length_m, (1.0 - share) * wanted_, X_WO_, report);
       report.is_infeasible = true;

@@ -47,7 +47,7 @@ void set_grasp(const Hand& hand, std::span<const Belly> bellies, const GraspStif
 void tell_lack(const StiffLack& lack, StiffCause cause, double length_m, const Matrix6d& not_tried,
                const Eigen::Isometry3d& X_WO, StiffnessReport& report);
 
-/// Chooses muscle forces for the object stiffness that a scene demands: the least with H f = tau and K_o >= share
+/// The choice of muscle forces for the object stiffness that a scene demands: the least with H f = tau and K_o >= share
 /// K_des. If there are none, the share decreases, and after a while slowly increases again. The demand may change
 /// between periods, but not whether it may raise the internal force. Memory is allocated once.
 class StiffnessControl {

@@ -6,7 +6,7 @@ using Kind = Phase::Kind;
 
 namespace {
 
-/// What the fingers do with the object.
+/// State of the object in the fingers.
 enum class Grip { kNone, kPress, kHold };
 
 Grip grip_after(Kind kind) {

@@ -10,22 +10,22 @@ using Kind = Phase::Kind;
 
 namespace {
 
-// Between the parts of a phase forces rise and fall so fast: a pulp follows in milliseconds.
+// Rate of forces between the parts of a phase: a pulp follows in milliseconds.
 constexpr double kRamp_s = 0.2;
-// A finger that waits for the others touches the object by this share of what it will press: less than would shift it.
+// Share of the grip force of a finger that waits for the others: too little to shift the object.
 constexpr double kTouchShare = 0.1;
-constexpr double kPressed = 0.1;    // A force is there if it errs by less than this share.
-constexpr double kLoaded = 0.005;   // The weight is there if so little of it is missing: the object would sink for it.
-constexpr double kSettle_s = 0.5;   // After so long it is there with what muscles leave.
-constexpr double kUnaided = 0.05;   // That share of the weight; also where nothing else is to bear the object.
-constexpr double kSupported = 0.5;  // Walls that rub bear a smaller share of it, a table all.
-constexpr double kMet_s = 20e-3;    // It must do so for so long: a load that sways does not.
-constexpr double kLeft = 0.2;       // What the fingers may still bear of it when they let go.
+constexpr double kPressed = 0.1;    // Relative error below which a force is reached.
+constexpr double kLoaded = 0.005;   // Missing share of the weight at which it is borne: the object would sink for it.
+constexpr double kSettle_s = 0.5;   // Time after which it counts as reached with the muscles' error.
+constexpr double kUnaided = 0.05;   // Tolerance on the weight, where nothing else should bear the object.
+constexpr double kSupported = 0.5;  // Share of the weight borne by a support: rubbing walls bear less, a table all.
+constexpr double kMet_s = 20e-3;    // Time for which it must bear it: an oscillating load does not.
+constexpr double kLeft = 0.2;       // Share that the fingers may still bear at release.
 constexpr double kLeastWay_m = 1e-9;
 
 bool is_holding(Kind kind) { return kind != Kind::kApproach && kind != Kind::kClose && kind != Kind::kRelease; }
 
-/// Sum of the fingers' forces on the object.
+/// Returns the sum of the fingers' forces on the object.
 Vector3d borne(const Snapshot& seen) {
   Vector3d sum_N = Vector3d::Zero();
   for (const FingerLoad& load : seen.load) sum_N += load.force_N;
@@ -41,13 +41,12 @@ int first_loaded(const Snapshot& seen) {
 
 Vector3d weight_N(const Scene& scene) { return scene.object.mass_kg * scene.gravity; }
 
-/// The internal force between what the fingers closed with and what the scene asks for, as the share of the weight that
-/// they bear.
+/// Returns the internal force, interpolated by the borne share of the weight from that of closing to the scene's.
 double squeeze_N(const Scene& scene, double press_N, double weight_share) {
   return press_N + weight_share * (scene.control->internal_force_N - press_N);
 }
 
-/// What of the weight the fingers bear: their force against gravity.
+/// Returns the weight that the fingers bear: their force against gravity.
 double load_N(const Scene& scene, const Vector3d& borne_N) {
   return scene.gravity.isZero(0.0) ? 0.0 : -borne_N.dot(scene.gravity.normalized());
 }
@@ -94,7 +93,7 @@ void TaskRun::begin(const Model& model, const Snapshot& seen, int number) {
   second_ = false;
   const Phase* const phase = this->phase(model.scene);
   if (phase == nullptr) {
-    // A hand that has let go stays open.
+    // A hand that has released the object stays open.
     report_.speed_m_per_s = 0.0;
     return;
   }
@@ -103,7 +102,7 @@ void TaskRun::begin(const Model& model, const Snapshot& seen, int number) {
   report_.integrates = report_.poses && phase->kind != Kind::kLoad;
   report_.touch_N = report_.speed_m_per_s = 0.0;
   std::ranges::fill(report_.has_touched, false);
-  if (report_.poses && !posed) report_.X_WT = seen.X_WO;  // It is held where it was taken.
+  if (report_.poses && !posed) report_.X_WT = seen.X_WO;  // It is held at its grasped pose.
   switch (phase->kind) {
     case Kind::kApproach:
       report_.weight_share = 0.0;
@@ -213,7 +212,7 @@ bool TaskRun::place(const Model& model, const Snapshot& seen, double load) {
     second_ = true;
     step_since_s_ = now_s_;
     report_.integrates = false;
-    report_.X_WT = seen.X_WO;  // What has pushed it off bears it now.
+    report_.X_WT = seen.X_WO;  // Its support now bears it.
     stop_arm();
   }
   report_.weight_share = 1.0 - share_of(step_since_s_, now_s_, kRamp_s);

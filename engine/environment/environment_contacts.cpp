@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Columns n, t1, t2; t1 along the axis that n is farthest from.
+/// Returns the columns n, t1, t2; t1 along the axis that n is farthest from.
 Matrix3d axes_along(const Vector3d& n) {
   Eigen::Index least = 0;
   n.cwiseAbs().minCoeff(&least);
@@ -27,8 +27,8 @@ double squared_m2(const SolidContact& contact, const EnvironmentForce& force) {
   return (contact.p_m - force.p_E).squaredNorm();
 }
 
-/// The force of the last tick at contact i; null where there was none. Where contacts or forces share a place, each is
-/// to be the nearest of the other.
+/// Returns the force of the last tick at contact i; null if there was none. Where contacts or forces share a place,
+/// both must be nearest to each other.
 const EnvironmentForce* last_force(const std::vector<EnvironmentForce>& forces,
                                    const std::vector<EnvironmentContact>& found, std::size_t i) {
   const SolidContact& at = found[i].at;
@@ -54,12 +54,12 @@ const EnvironmentForce* last_force(const std::vector<EnvironmentForce>& forces,
   return nearest;
 }
 
-/// Its tangential part, axes of the body.
+/// Returns its tangential part, axes of the body.
 Vector3d friction_of(const EnvironmentForce* force) {
   return force != nullptr ? Vector3d(force->f_E - force->n_E * force->n_E.dot(force->f_E)) : Vector3d::Zero();
 }
 
-/// Columns n, t1, t2, world axes.
+/// Returns the columns n, t1, t2, world axes.
 auto axes_W(const EnvironmentContacts& contacts, std::size_t i) {
   return contacts.contacts[i].J.leftCols<3>().transpose();
 }
@@ -73,7 +73,7 @@ bool sticks(const EnvironmentContacts& contacts, const std::vector<Vector3d>& f,
   return f[i].tail<2>().norm() < kSticks * contacts.contacts[i].mu * f[i][0];
 }
 
-/// Whether contacts i and j stick, the line through them in both cones.
+/// Tests whether contacts i and j stick, with the line through them in both cones.
 bool hold_between(const EnvironmentContacts& contacts, const std::vector<Vector3d>& f, std::size_t i, std::size_t j) {
   if (!sticks(contacts, f, i) || !sticks(contacts, f, j)) return false;
   const Vector3d across_m = place_W(contacts, j) - place_W(contacts, i);
@@ -84,8 +84,8 @@ bool hold_between(const EnvironmentContacts& contacts, const std::vector<Vector3
   return in_cone(i, 1.0) && in_cone(j, -1.0);
 }
 
-/// False where normals of contacts that bear are so alike that no line is in the cones of two of them: within a cone of
-/// 90 degrees less the angle of friction.
+/// Returns false where normals of loaded contacts are so similar that no line is in the cones of two of them: within a
+/// cone of 90 degrees less the angle of friction.
 bool may_be_wedged(const EnvironmentContacts& contacts, const std::vector<Vector3d>& f) {
   Vector3d mean = Vector3d::Zero();
   for (std::size_t i = 0; i < contacts.contacts.size(); ++i) {
@@ -174,7 +174,7 @@ void find_environment_contacts(const Environment& environment, const Isometry3d&
       if (last != nullptr) {
         ++kept;
         out.dropped_J -= held_J(*last);
-      } else if (at.gap_m < 0.0) {  // It goes on under another name.
+      } else if (at.gap_m < 0.0) {  // It continues under another identity.
         out.dropped_J -= 0.5 * at.gap_m * at.gap_m / environment.compliance_m_per_N;
       }
       const Vector3d f = E.transpose() * (pair.X_WE.linear() * friction_of(last));
@@ -202,7 +202,7 @@ double may_miss_m(const EnvironmentContacts& contacts, const GroundProblem::Moti
     if (!contacts.after_motion && contacts.pairs[contact.body].is_fast())
       return std::numeric_limits<double>::infinity();
     if (!contact.at.roams) continue;
-    // The feature goes so far that its place turns; and as the object turns, the feature's way bends.
+    // The feature's displacement shifts its point; and as the object rotates, the feature's path bends.
     const double lever_m = contacts.reach_m + std::max(0.0, contact.at.gap_m) + contact.at.round_m;
     const double goes_m = way_m + turn * lever_m;
     const double bends_m = 0.5 * contact.at.bend_per_m * goes_m * goes_m;

@@ -63,7 +63,7 @@ struct EnvironmentContact {
 /// The object's contacts with the environment, found anew in each tick, as both are rigid surfaces: they do not depend
 /// on frames. Memory is allocated once.
 struct EnvironmentContacts {
-  EnvironmentContacts() = default;  ///< Of a scene without environment.
+  EnvironmentContacts() = default;  ///< Contacts of a scene without environment.
   EnvironmentContacts(const Environment& environment, const TouchingSolid& object);
 
   std::vector<EnvironmentPair> pairs;     ///< One per body.

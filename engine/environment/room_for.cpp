@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kMostMoves = 50;
-constexpr double kMoves_m_per_N = 1e-2, kTurns_rad_per_Nm = 1e2;  // Far more than bodies give way.
+constexpr double kMoves_m_per_N = 1e-2, kTurns_rad_per_Nm = 1e2;  // Far more than contacts deform.
 
 Overlap::Place place_of(const EnvironmentContact& contact) {
   return {static_cast<std::size_t>(contact.body), contact.at.p_m};

@@ -19,11 +19,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kSurePush = 1.4;  // Forces against so many times the push and the drag are there all along the way.
+constexpr double kSurePush = 1.4;  // Factor on push and drag, which forces must balance all along the path.
 constexpr double kStep_m = 2.5e-3, kCheck_m = 5e-3, kMost_m = 25e-3, kCarry_m = 20e-3;
-constexpr double kSpeed_m_per_s = 47e-3;  // The most on 20 mm in 0.8 s.
+constexpr double kSpeed_m_per_s = 47e-3;  // Largest speed on 20 mm in 0.8 s.
 
-/// How far the least distance of a joint from its limits is, as a share of its range; less than 0 beyond them.
+/// Returns the least distance of a joint from its limits, relative to its range; negative beyond them.
 double spare_share(const Hand& hand, const JointVector& q) {
   double least = 0.5;
   for (Index i = 0; i < q.size(); ++i) {
@@ -34,7 +34,7 @@ double spare_share(const Hand& hand, const JointVector& q) {
   return least;
 }
 
-/// The hand on its way.
+/// The hand during a carry.
 class Carry {
  public:
   Carry(const FinderProblem& problem, const Hand& hand, const FoundGrasp& grasp)
@@ -55,13 +55,13 @@ class Carry {
     }
   }
 
-  /// False where the fingers do not follow.
+  /// Moves the hand by a step; false if the fingers do not follow.
   [[nodiscard]] bool go(const Vector3d& way_m) {
-    constexpr double kMissed = 0.1;  // Of the way.
+    constexpr double kMissed = 0.1;  // Fraction of the step.
     for (int k = 0; k < hand_.fingers(); ++k) move(k, way_m);
     forward_kinematics(hand_, q_, pose_);
     X_WO_.translation() += way_m;
-    // A pulp keeps its depth: its force does.
+    // A pulp keeps its depth, as its force is constant.
     for (int round = 0; round < 2; ++round) {
       for (int k = 0; k < hand_.fingers(); ++k) {
         const double gap_m = touch(k);
@@ -74,7 +74,7 @@ class Carry {
     return followed && least_dexterity() > kLeastDexterity;
   }
 
-  /// Whether the pulps touch with what of them can, and smooth pieces of the surface; takes their contacts there.
+  /// Tests whether the pulps touch with their valid parts, on smooth pieces of the surface; updates their contacts.
   [[nodiscard]] bool look(const PatchMeter& patches) {
     constexpr double kLeastPatch = 0.6;
     for (int k = 0; k < hand_.fingers(); ++k) {
@@ -100,7 +100,7 @@ class Carry {
  private:
   [[nodiscard]] Vector3d centre_m(int k) const { return pose_.distal(hand_, k) * ball_[k].centre_m; }
 
-  /// The joints of finger k so that where it touches moves by `way_m`, each by as little as that takes.
+  /// Moves the joints of finger k by the least amount that displaces its contact by `way_m`.
   void move(int k, const Vector3d& way_m) {
     const Fingertip& tip = hand_.fingertips[k];
     const FingerJacobian J = finger_jacobian(hand_, pose_, k, centre_m(k) + reach_m_[k] * n_[k]);
@@ -109,7 +109,7 @@ class Carry {
     q_.segment(tip.first_joint, tip.joints) += J.leftCols(tip.joints).transpose() * JJ.ldlt().solve(way_m);
   }
 
-  /// Where finger k touches now; returns its gap.
+  /// Updates the contact of finger k; returns its gap.
   double touch(int k) {
     if (hand_.fingertips[k].shape) {
       ball_[k] = touching_ball(hand_.fingertips[k], problem_.object, X_WO_.inverse() * pose_.distal(hand_, k));
@@ -132,7 +132,7 @@ class Carry {
   PerFinger<double> depth_m_, reach_m_;
 };
 
-/// What carrying in one direction comes to.
+/// The result of carrying in one direction.
 struct Travel {
   double way_m = 0.0;
   double spare = 0.5, dexterity = 1.0;               ///< The least,
@@ -157,7 +157,7 @@ Travel travel_along(const Vector3d& e, const FinderProblem& problem, const Hand&
     if (!held.found || !check.against(weight_N + drag_N, check.moment_at_origin_Nm(drag_N)).found) break;
     Effort effort(problem, hand, carry.contacts());
     double share = effort.muscle_share(effort.torques_Nm(carry.q(), held.f));
-    // Half-way and at the end it may be pushed.
+    // Pushes act half-way and at the end.
     bool holds = true;
     for (const Vector3d& push : directions()) {
       if (!holds || std::abs(std::remainder(way_m, 0.5 * kCarry_m)) > 1e-9) break;

@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kMostForce = 100.0;  // Forces so many times what is asked for are no grasp: as in control_tick.cpp.
+constexpr double kMostForce = 100.0;  // Largest ratio of forces to the commanded wrench, as in control_period.cpp.
 
 }  // namespace
 

@@ -11,8 +11,8 @@ namespace thenar {
 
 namespace {
 
-/// Sets of fingers to try, each sorted: the wished one; or all, then those without one of them, and so on down to
-/// three.
+/// Returns sets of fingers to try, each sorted: the wished one; or all, then those without one of them, and so on down
+/// to three.
 std::vector<std::vector<int>> sets_of_fingers(const Hand& hand, const GraspWish& wish) {
   if (!wish.fingers.empty()) {
     std::vector<int> fingers = wish.fingers;
@@ -33,7 +33,7 @@ std::vector<std::vector<int>> sets_of_fingers(const Hand& hand, const GraspWish&
   return sets;
 }
 
-/// Whether two grasps hold the object at the same places.
+/// Tests whether two grasps have the same contacts.
 bool same_places(const FoundGrasp& a, const FoundGrasp& b) {
   constexpr double kNear_m = 6e-3, kTurn_rad = 0.35;
   if (a.fingers != b.fingers) return false;
@@ -45,7 +45,7 @@ bool same_places(const FoundGrasp& a, const FoundGrasp& b) {
   return way_m < kNear_m && turn.angle() < kTurn_rad;
 }
 
-/// The best of each kind, and spare ones that are not the same.
+/// Returns the best of each kind, and spare ones that are not the same.
 void keep_best(const FinderSettings& settings, FinderReport& report) {
   std::sort(report.grasps.begin(), report.grasps.end(),
             [](const FoundGrasp& a, const FoundGrasp& b) { return a.cost < b.cost; });

@@ -16,15 +16,15 @@ using Eigen::Vector3d;
 
 namespace {
 
-// What counts as one, of each residual.
+// Units of the residuals.
 constexpr double kGap_m = 0.05e-3, kCosine = 0.05, kBody_m = 0.5e-3, kApart_m = 0.3e-3, kLimit_rad = 0.15;
 constexpr double kBalance = 0.12, kAnchor_m = 12e-3, kPosture_rad = 1.0, kCentre_m = 40e-3;
 constexpr double kAxis = 0.05, kAt_m = 2e-3, kApproach = 0.1;
-// And what a grasp must keep to.
+// Bounds of a grasp.
 constexpr double kMostGap_m = 0.1e-3, kMostBody_m = 1e-3, kMostApart_m = 0.6e-3;
 constexpr double kMostAxis_rad = 0.17, kMostAt_m = 6e-3, kMostApproach_rad = 0.52;
-constexpr double kEase_rad = 0.3;     // Limits are felt from here on: a hand that carries something bends.
-constexpr double kSpare_rad = 0.052;  // Joints stay so far within their limits: a grip closes further.
+constexpr double kEase_rad = 0.3;     // Distance from which limits count: a carrying hand bends.
+constexpr double kSpare_rad = 0.052;  // Least distance of joints from their limits, as a grip closes further.
 
 Matrix3d cross(const Vector3d& v) {
   Matrix3d m;
@@ -121,7 +121,7 @@ void StanceFit::add_touches(const FitTarget& target, NormalEquations& sum) const
     const double cosine = -finger.pulp.normal.dot(finger.n_W);
     const Unknowns slope = finger.M.transpose() * finger.n_W + finger.N.transpose() * finger.pulp.normal;
     sum.add_hinge(std::cos(kFacing_rad - 0.05) - cosine, kCosine, slope);
-    // Facing straight is worth a little.
+    // Parallel normals are slightly better.
     sum.add(1.2 * (1.0 - cosine), 1.2 * slope);
   }
   // Where the opposition was found.
@@ -141,7 +141,8 @@ void StanceFit::add_touches(const FitTarget& target, NormalEquations& sum) const
   if (target.others_O) anchor(*target.others_O, middle_O, middle);
 }
 
-/// Normal forces alone, the opposer's as large as the others' together, that would leave neither force nor moment.
+/// Adds the balance of normal forces alone, the opposer's as large as the others' together, without resultant force and
+/// moment.
 void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const {
   const int fingers = hand_.fingers();
   Vector3d middle_m = Vector3d::Zero();
@@ -164,7 +165,7 @@ void StanceFit::add_balance(const FitTarget& target, NormalEquations& sum) const
     sum.add(force[i] / kBalance, forces.row(i).transpose() / kBalance);
     sum.add(moment[i] / kBalance, moments.row(i).transpose() / kBalance);
   }
-  // The weight is carried best where it acts between the fingers.
+  // The weight is best borne if it acts between the fingers.
   const Vector3d off_m = X_WO_ * target.centre_of_mass_m - middle_m;
   Rows off = Rows::Zero(3, unknowns_);
   off.middleCols<3>(unknowns_ - 6) = Matrix3d::Identity();

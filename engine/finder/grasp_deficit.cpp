@@ -16,8 +16,8 @@ using Eigen::Index;
 constexpr double kGreatestFriction = 10.0;
 constexpr double kFrictionStep = 1e-3;
 
-/// The motions l that no force inside the cones works on, as constraints on l in R^6: -(Q e).l >= 0 for every edge e of
-/// the pyramids, or every ray on the cones' surface.
+/// The motions l on which no force inside the cones does work, as constraints on l in R^6: -(Q e).l >= 0 for every edge
+/// e of the pyramids, or every ray on the cones' surface.
 template <int kLanes>
 struct ResistedMotions {
   static constexpr int kSize = 8;  // 6, padded to whole registers.
@@ -29,7 +29,7 @@ struct ResistedMotions {
     Constraint<6> worst;
     worst.slack = std::numeric_limits<double>::max();
     for (Index i = 0; i < grasp.contacts; ++i) {
-      // Of all edges or rays the one that works most on l.
+      // The edge or ray that does the most work on l.
       const double t1 = along(i, 1);
       const double t2 = along(i, 2);
       double e1 = t1 < 0.0 ? -1.0 : 1.0;
@@ -55,8 +55,8 @@ struct ResistedMotions {
   }
 };
 
-/// Least |e| with Q (f + e) = w, f inside the cones: e = Q'l with l the part of w that the wrenches of the cones leave,
-/// the nearest to w of the motions that they resist. In contact axes.
+/// Computes the least |e| with Q (f + e) = w, f inside the cones: e = Q'l with l the part of w outside the cones'
+/// wrenches, the nearest to w of the motions that they resist. In contact axes.
 template <int kLanes>
 LaneForces<kLanes> missing_forces(const GraspProblem& problem) {
   ReducedGrasp<kLanes> grasp;

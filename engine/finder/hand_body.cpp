@@ -13,11 +13,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kThickness = 0.7;      // Of a finger's bones, of its pulp's radius.
-constexpr double kTipThickness = 0.45;  // Near the pulp, which is pressed in there.
-constexpr double kBone = 0.5;           // The bones themselves, which do not give way to others.
+constexpr double kThickness = 0.7;      // Radius of a finger's bones over its pulp's.
+constexpr double kTipThickness = 0.45;  // Likewise near the pulp, which is indented there.
+constexpr double kBone = 0.5;           // Likewise of the rigid bones themselves.
 
-/// Spheres from one place to another, less than their radii apart.
+/// Adds spheres between two points, less than their radii apart.
 void add_bar(BodyPoint point, const Vector3d& from_m, const Vector3d& to_m, std::vector<BodyPoint>& body) {
   const int parts = std::max(1, static_cast<int>(std::ceil((to_m - from_m).norm() / (1.6 * point.clearance_m))));
   for (int i = 0; i <= parts; ++i) {

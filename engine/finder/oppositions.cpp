@@ -23,7 +23,7 @@ struct Place {
   double patch;
 };
 
-/// The cloud's samples in an order by chance, and of them those that are no nearer than `spacing_m` to one before.
+/// Returns the cloud's samples in random order, without those nearer than `spacing_m` to one before.
 std::vector<Index> spread(const PointCloud& cloud, int count, std::uint32_t seed) {
   const Index samples = cloud.points_m.cols();
   std::vector<Index> order(samples);
@@ -32,7 +32,7 @@ std::vector<Index> spread(const PointCloud& cloud, int count, std::uint32_t seed
   for (Index i = samples - 1; i > 0; --i) {
     std::swap(order[i], order[static_cast<Index>(uniform() * static_cast<double>(i + 1))]);
   }
-  // Discs of this distance would cover the surface if so many lay as on a square lattice; by chance fewer fit.
+  // Discs of this distance would cover the surface on a square lattice; in random order fewer fit.
   const double area_m2 = static_cast<double>(samples) * std::pow(sample_spacing_m(cloud), 2);
   const double spacing_m = 0.8 * std::sqrt(area_m2 / count);
   std::vector<Index> chosen;

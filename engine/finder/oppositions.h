@@ -12,7 +12,7 @@
 
 namespace thenar {
 
-/// Measures how much of the surface near a point is one smooth piece.
+/// A measure of how much of the surface near a point is one smooth piece.
 class PatchMeter {
  public:
   /// `radius_m` is that of a contact patch. It keeps a reference to the surface.

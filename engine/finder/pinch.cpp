@@ -15,10 +15,10 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kGap_m = 0.3e-3, kSide_m = 4e-3, kNormal = 0.5, kLimit_rad = 0.035, kApart_m = 0.5e-3;
-constexpr double kStep_m = 7e-3;    // From one width to the next.
-constexpr double kLeast_m = -3e-3;  // What is thin lies deep in pressed pulps.
+constexpr double kStep_m = 7e-3;    // Step of widths.
+constexpr double kLeast_m = -3e-3;  // Thin objects lie deep in pressed pulps.
 
-/// What the residuals of a pinch are made of, at some q.
+/// The geometry of a pinch's residuals at some q.
 struct Facing {
   Vector3d axis;  ///< From the opposer to the middle of the others.
   double width_m;
@@ -46,7 +46,7 @@ class PinchFit {
         sum.add((pulps_[k].normal - side * d)[i] / kNormal, row / kNormal);
       }
       if (k == opposer_) continue;
-      // The others in one plane, and none in another's place.
+      // The others are in one plane, and apart from one another.
       Unknowns row = Unknowns::Zero(q.size());
       add(k, d.transpose() * pulps_[k].J_centre, row);
       sum.add(d.dot(pulps_[k].centre_m - middle_m_) / kSide_m, row / kSide_m);
@@ -75,14 +75,14 @@ class PinchFit {
     return facing;
   }
 
-  /// Of the posture that was looked at last, at the middles of the pulps.
+  /// Returns the pinch of the last posture, at the middles of the pulps.
   [[nodiscard]] double least_dexterity() const {
     double least = 1.0;
     for (int k = 0; k < hand_.fingers(); ++k) least = std::min(least, dexterity(hand_, pose_, k, pulps_[k].centre_m));
     return least;
   }
 
-  /// How far its bones are in one another, likewise.
+  /// Returns the overlap of its bones, likewise.
   [[nodiscard]] double overlap_m() const { return overlap_of(bones_, pose_).depth_m; }
 
   [[nodiscard]] Vector3d gap_middle_m() const {
@@ -102,10 +102,10 @@ class PinchFit {
     }
   }
 
-  /// How far a pulp reaches where it faces.
+  /// Returns the extent of a pulp in its direction.
   [[nodiscard]] double thick_m(int k) const { return extent_m(hand_.fingertips[k], hand_.fingertips[k].normal); }
 
-  /// The opposer's reach and the mean of the others'.
+  /// Returns the extent of the opposer plus the mean of the others'.
   [[nodiscard]] double radii_m() const {
     double sum = thick_m(opposer_);
     for (int k = 0; k < hand_.fingers(); ++k) {
@@ -120,7 +120,7 @@ class PinchFit {
     for (int j = 0; j < tip.joints; ++j) row[tip.first_joint + j] += of_finger[j];
   }
 
-  /// What d gains along `direction`.
+  /// Returns the derivative of d along `direction`.
   void add_axis(const Vector3d& direction, const Vector3d& d, double distance_m, double sign, Unknowns& row) const {
     const Vector3d across = sign * (direction - d * d.dot(direction)) / distance_m;
     for (int k = 0; k < hand_.fingers(); ++k) {
@@ -166,7 +166,7 @@ JointVector within_limits(const Hand& hand, JointVector q) {
   return q;
 }
 
-/// The postures of one width, the best first, each unlike those before.
+/// Returns the postures of one width, the best first, each unlike those before.
 std::vector<Pinch> pinches_of(const Hand& hand, int opposer, double width_m, int starts, Uniform& uniform,
                               double& best_cosine) {
   constexpr double kWidthError_m = 1e-3, kAlike_rad = 0.25, kDexterous = 0.15, kOverlap_m = 1e-3;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// What of a pulp's surface is pressed on a plane across n by a depth: about an ellipse.
+/// Samples the part of a pulp's surface that is pressed on a plane across n by a depth: about an ellipse.
 struct Ellipse {
   Vector3d middle_m, along_m, across_m;
 };
@@ -43,7 +43,7 @@ double free_depth_m(const PulpMaterial& scenes, const Fingertip& tip, double for
   return std::pow(0.75 * std::max(0.0, force_N) / (E_Pa * std::sqrt(round_radius_m(tip))), 2.0 / 3.0);
 }
 
-/// Where the pressure over a patch acts, and across which normal.
+/// The centre and mean normal of the pressure over a patch.
 class PressureSum {
  public:
   void add(const SurfaceDistance& at) {
@@ -54,7 +54,7 @@ class PressureSum {
     loads_ += load;
   }
 
-  /// Without any pressure at the nearest point.
+  /// Returns the contact; without pressure at the nearest point.
   [[nodiscard]] GraspContact contact(const Isometry3d& X_WO, const SurfaceDistance& nearest) const {
     const Vector3d centre_O = loads_ > 0.0 ? Vector3d(centres_ / loads_) : nearest.point_m;
     const Vector3d n = -(X_WO.linear() * (loads_ > 0.0 ? Vector3d(normals_.normalized()) : nearest.normal));
@@ -99,7 +99,7 @@ GraspContact pressed_contact(const ImplicitSurface& object, const Isometry3d& X_
   PressureSum pressure;
   if (depth_m > 0.0) {
     const Vector3d across = nearest.normal.unitOrthogonal(), along = nearest.normal.cross(across);
-    const double half_rad = std::sqrt(std::min(1.0, depth_m / radius_m));  // Of the patch on a plane.
+    const double half_rad = std::sqrt(std::min(1.0, depth_m / radius_m));  // Half angle of the patch on a plane.
     for (int ring = 0; ring <= 2; ++ring) {
       const double angle_rad = 0.5 * ring * half_rad;
       const int points = std::max(1, 6 * ring);

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The least normal load of a finger.
+/// Returns the least normal load of a finger.
 double least_load_N(const std::vector<GraspContact>& contacts, const HoldingForces& forces) {
   double least_N = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -27,8 +27,7 @@ double least_load_N(const std::vector<GraspContact>& contacts, const HoldingForc
   return least_N;
 }
 
-/// The lambda by which the least loaded finger presses with the load that is wished for, if that is, under the weight
-/// as it is.
+/// Returns the lambda by which the least loaded finger presses with the wished load, if any, under the actual weight.
 double internal_force_N(const FinderProblem& problem, const std::vector<GraspContact>& contacts,
                         const Eigen::Isometry3d& X_WO) {
   constexpr int kRounds = 8;

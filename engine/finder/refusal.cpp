@@ -14,7 +14,7 @@ namespace thenar {
 
 namespace {
 
-/// With so many digits behind the point.
+/// Formats a number with so many decimals.
 std::string number(double value, int digits = 0) {
   std::ostringstream text;
   text << std::fixed;
@@ -26,7 +26,7 @@ std::string number(double value, int digits = 0) {
 std::string mm(double length_m, int digits = 0) { return number(1e3 * length_m, digits) + " mm"; }
 std::string degrees(double angle_rad) { return number(angle_rad * 180.0 / std::numbers::pi) + " degrees"; }
 
-/// Where a joint would have to go, if the nearest miss had no limits.
+/// Describes where a joint would have to go, if the nearest miss had no limits.
 Refusal of_joints(const FinderProblem& problem, const Hand& hand, const SearchEvidence& evidence) {
   FitTarget target = evidence.nearest_target;
   target.limits = false;
@@ -54,7 +54,7 @@ Refusal of_joints(const FinderProblem& problem, const Hand& hand, const SearchEv
       "an object of another size, or other fingers"};
 }
 
-/// What the nearest miss lacked.
+/// Describes the fault of the nearest miss.
 Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchEvidence& evidence) {
   const FitFaults& faults = evidence.nearest_faults;
   // The fault that is largest by the measure of FitFaults::badness().
@@ -83,7 +83,7 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
   }
   if (bones == most) {
     const int a = faults.bones_finger, b = faults.bones_other;
-    const bool swap = a == evidence.range.opposer;  // It is the thumb that is passed through.
+    const bool swap = a == evidence.range.opposer;  // The thumb is the one that is penetrated.
     return {"the " + hand.fingertips[swap ? b : a].finger + " would have to pass through the " +
                 hand.fingertips[swap ? a : b].finger + ", by " + mm(faults.bones_m, 1),
             "an object of another size, or fewer fingers in grasp.fingers"};
@@ -102,7 +102,7 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
   return of_joints(problem, hand, evidence);
 }
 
-/// In words how far a box reaches.
+/// Describes the extent of a box.
 std::string reach_of(const Eigen::AlignedBox3d& box) {
   std::string text;
   for (int i = 0; i < 3; ++i) {
@@ -111,7 +111,7 @@ std::string reach_of(const Eigen::AlignedBox3d& box) {
   return text + " mm in its frame";
 }
 
-/// Loads under which pulps are pressed in further than can be trusted, from a wish or from little friction.
+/// Refuses loads under which pulps are indented beyond their law's validity, by a wish or by little friction.
 std::optional<Refusal> of_loads(const FinderProblem& problem) {
   const int fingers = problem.wish.fingers.empty() ? std::min(3, problem.hand.fingers())
                                                    : static_cast<int>(problem.wish.fingers.size());
@@ -156,7 +156,7 @@ std::optional<Refusal> of_loads(const FinderProblem& problem) {
   return std::nullopt;
 }
 
-/// What would give grasps that fit a margin.
+/// Describes a remedy that gives fitting grasps some margin.
 std::string help_of_margin(const FinderProblem& problem) {
   if (problem.cone_friction > problem.friction) {
     return "control.grasp.friction, " + number(problem.cone_friction, 2) + ", not above contact.friction, " +

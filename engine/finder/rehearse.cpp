@@ -20,11 +20,11 @@ constexpr double kMostTask_s = 4.0;
 constexpr int kPushes = 6;
 constexpr double kTolerance = 1e-5;
 constexpr int kSweeps = 50;
-constexpr double kMostShare = 3.0;  // Of a muscle's limit.
+constexpr double kMostShare = 3.0;  // Largest share of a muscle's limit.
 
 bool has_task(const TaskSettings& task) { return task.translate || task.rotate || task.push; }
 
-/// The push of a time, of those that come one by one along the object's axes.
+/// Returns the push at a time, of a sequence along the object's axes.
 std::optional<Push> push_at(const Scene& scene, double time_s) {
   const int number = static_cast<int>(std::floor((time_s - 2.0 * kRest_s - kCarry_s) / kOnePush_s));
   if (number < 0 || number >= kPushes) return std::nullopt;
@@ -41,12 +41,12 @@ double muscle_share(const Hand& hand, const Controller& controller) {
   return share;
 }
 
-/// How far patches slid that slid as a whole.
+/// The slip of patches that slid as a whole.
 class SlideWatch {
  public:
   explicit SlideWatch(const Model& model) : model_(model), slid_m_(model.fingers()) {}
 
-  /// In words what has slid too far, if anything has.
+  /// Describes the excessive slip, if any.
   std::string see(const TickReport& tick) {
     constexpr double kMost_m = 0.1e-3;
     for (int k = 0; k < model_.fingers(); ++k) {
@@ -61,7 +61,7 @@ class SlideWatch {
   PerFinger<double> slid_m_;
 };
 
-/// The friction that would just hold the patches with the forces that they have.
+/// Returns the friction that would just hold the patches with their forces.
 double needed_friction(const Model& model, const TickReport& tick) {
   double needed = 0.0;
   for (int k = 0; k < model.fingers(); ++k) {
@@ -112,11 +112,11 @@ Rehearsal rehearse(Model& model, const FoundGrasp& grasp) {
   scene.control_delay_s = 0.0;
   scene.contact.tolerance = std::max(scene.contact.tolerance, kTolerance);
   scene.contact.max_sweeps = std::min(scene.contact.max_sweeps, kSweeps);
-  scene.task.phases.clear();  // The grasp is what is tried, not how the fingers came to it.
+  scene.task.phases.clear();  // The grasp is tested, not the approach.
   const bool own_task = has_task(scene.task);
   double duration_s = std::min(scene.duration_s, kMostTask_s);
   if (!own_task && !scene.control) {
-    duration_s = 2.0 * kRest_s;  // Torques that do not change hold it: they carry it nowhere.
+    duration_s = 2.0 * kRest_s;  // Constant torques hold it: they carry it nowhere.
   } else if (!own_task) {
     duration_s = 2.0 * kRest_s + kCarry_s + kPushes * kOnePush_s;
     scene.task.translate = Move{scene.object.X_WO.linear().transpose() * grasp.travel_W, kCarry_m, kRest_s, kCarry_s};

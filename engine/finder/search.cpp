@@ -19,10 +19,10 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kFitSteps = 30, kPolishSteps = 12, kPolished = 6, kJitters = 4;
-constexpr int kWider = 3;  // So many times the usual fits are made to have more than one grasp.
+constexpr int kWider = 3;  // Factor on the usual number of fits for more than one grasp.
 constexpr double kLeastMargin = 0.0;
 
-/// An opposition of the hand laid on one of the object.
+/// An opposition of the hand matched with one of the object.
 struct Start {
   Stance stance;
   const Opposition* pair;
@@ -30,7 +30,7 @@ struct Start {
   double cost;
 };
 
-/// Turns the first of two unit vectors into the second.
+/// Returns the rotation of the first of two unit vectors into the second.
 Matrix3d turn(const Vector3d& from, const Vector3d& to) {
   return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
 }
@@ -57,7 +57,7 @@ class Search {
   }
 
  private:
-  /// One search, so many times as long as usual. True if it ends the search.
+  /// Runs one search, so many times as long as usual. True if it ends the search.
   bool look(int factor) {
     const int opposer = evidence_.range.opposer;
     const int effort = factor * settings_.effort;
@@ -88,7 +88,8 @@ class Search {
     return !found_.empty();
   }
 
-  /// All rolls about the line of each pair, for the postures of about its width: the best first, a few of each pair.
+  /// Returns matches at all roll angles about the line of each pair, for the postures of about its width: the best
+  /// first, a few per pair.
   std::vector<Start> starts_of(int factor) {
     const int rolls = factor > 1 ? 24 : 12;
     constexpr int kOfAPair = 3;
@@ -176,7 +177,7 @@ class Search {
     }
   }
 
-  /// Keeps the stance if it is a grasp, else what is wrong with it if less is than with any before.
+  /// Keeps the stance if it is a grasp, else its faults if they are less than any before.
   bool try_stance(const Stance& stance, const FitTarget& target, const PatchMeter& patches) {
     ++report_.fits;
     const FitFaults faults = fit_.faults(stance, target);
@@ -196,7 +197,7 @@ class Search {
     return true;
   }
 
-  /// Goes on from the best with depths that their forces ask for, and from places around them.
+  /// Refines the best with depths by their forces, and from contacts around them.
   void polish(const PatchMeter& patches) {
     std::vector<std::size_t> order(found_.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -221,8 +222,8 @@ class Search {
     }
   }
 
-  /// Looks how far the best grasps carry their object, until some do: of each kind, where more than one is wanted. The
-  /// others go.
+  /// Computes how far the best grasps carry their object, until some do: of each kind, if more than one is wanted. The
+  /// others are dropped.
   void carry_best(const PatchMeter& patches) {
     constexpr int kMost = 24, kEnough = 6, kOfAKind = 2;
     constexpr double kFar_m = 20e-3;

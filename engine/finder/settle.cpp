@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Moves finger k's pulp by `way_m` without its joints moving more than they must.
+/// Moves finger k's pulp by `way_m` with the least joint motion.
 void move_pulp(Scene& scene, int k, const Vector3d& way_m) {
   HandPose pose;
   forward_kinematics(scene.hand, scene.posture, pose);
@@ -31,7 +31,7 @@ void move_pulp(Scene& scene, int k, const Vector3d& way_m) {
   }
 }
 
-/// The force by which finger k is to hold the object at the start.
+/// Returns the force by which finger k should hold the object at the start.
 Vector3d wanted_N(const Model& model, const ControlReport& report, const FingerLoad& load, int k) {
   if (model.scene.control) return report.f_desired.col(k);
   // The one that balances the torques: tau = J' f.
@@ -45,7 +45,7 @@ Vector3d wanted_N(const Model& model, const ControlReport& report, const FingerL
   return JJ.ldlt().solve(velocity(J, scene.hand.of_finger(k, tau)));
 }
 
-/// By what a finger's load misses the one that is wanted, and what mends that.
+/// The error of a finger's load, and its correction.
 struct Miss {
   double normal = 0.0, tangential = 0.0;                   ///< As shares of the wanted normal force.
   Vector3d press_m = Vector3d::Zero(), shear_m = press_m;  ///< Ways of the pulp along the normal, and across.
@@ -69,7 +69,7 @@ Miss miss_of(const Model& model, const ControlReport& report, int k) {
   return miss;
 }
 
-/// The fingers press until what they carry is what they are asked for; see settle().
+/// Presses the fingers until their loads are the commanded ones; see settle().
 double press(Model& model) {
   constexpr int kMostRounds = 24;
   constexpr double kSettled = 2e-3;
@@ -84,7 +84,7 @@ double press(Model& model) {
     const ControlReport report = control_tick(model, state, controller, frame);
     const PerFinger<FingerLoad> loads = first_loads(model, frame);
     for (int k = 0; k < model.fingers(); ++k) (*model.start)[k].load = loads[k];
-    if (round == 0) continue;  // The controller asked without knowing what the fingers carry.
+    if (round == 0) continue;  // The controller had no loads of the fingers yet.
     PerFinger<Miss> misses(model.fingers());
     double normal = 0.0, tangential = 0.0;
     for (int k = 0; k < model.fingers(); ++k) {
@@ -92,7 +92,7 @@ double press(Model& model) {
       normal = std::max(normal, std::abs(misses[k].normal));
       tangential = std::max(tangential, misses[k].tangential);
     }
-    // What is nearly settled stays: a model that is made again of its own scene has the same posture.
+    // A nearly settled posture is kept: a model made again of its own scene has the same posture.
     const bool press = normal > (pressed ? 1.0 : 2.0) * kSettled, shear = tangential > kSettled;
     if ((!press && !shear) || round == kMostRounds) {
       const bool forces = !model.scene.control || report.grasp == GraspStatus::kOptimal;

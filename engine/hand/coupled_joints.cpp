@@ -13,7 +13,7 @@ int finger_of(const Hand& hand, int joint) {
   return static_cast<int>(std::find_if(hand.fingertips.begin(), hand.fingertips.end(), has) - hand.fingertips.begin());
 }
 
-/// Cuts the leader's range to what keeps its follower within its own.
+/// Restricts the leader's range to keep its follower within its own.
 void keep_limits(const Joint& follower, const Coupling& coupling, Joint& leader) {
   const double one = (follower.lower_rad - coupling.offset_rad) / coupling.ratio;
   const double other = (follower.upper_rad - coupling.offset_rad) / coupling.ratio;
@@ -21,7 +21,7 @@ void keep_limits(const Joint& follower, const Coupling& coupling, Joint& leader)
   leader.upper_rad = std::min(leader.upper_rad, std::max(one, other));
 }
 
-/// Which joint of `from` is which of the hand that is made of it: followers count on from the joints.
+/// Maps joints of `from` to those of the hand made of it; followers are numbered after the joints.
 std::vector<int> share_out(const Hand& from, std::span<const Coupling> couplings, Hand& hand) {
   std::vector<int> place(from.joints.size()), follower(from.joints.size(), -1);
   hand.joints.clear();

@@ -10,11 +10,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The displacements that the first joints of a finger make, from none to all of them.
+/// The displacements by the first joints of a finger, from none to all of them.
 using FingerChain = std::array<Isometry3d, kMaxFingerJoints + 1>;
 
-// Of a finger that slides, or in which joints follow others. Calls of their own: inlined, they would have the products
-// of all other fingers contracted otherwise, and results would change in their last bits.
+// For fingers with prismatic or coupled joints. Separate functions: inlined, they would change the contraction of
+// products for all other fingers, and the last bits of results.
 
 [[gnu::noinline]] void slide_kinematics(const Hand& hand, const JointVector& q, const Fingertip& tip,
                                         FingerChain& chain, HandPose& pose) {
@@ -55,7 +55,7 @@ using FingerChain = std::array<Isometry3d, kMaxFingerJoints + 1>;
   }
 }
 
-/// Columns of the joints, with those of the first followers in their leaders'.
+/// Returns the columns of the joints, with those of the first followers added to their leaders'.
 template <typename Column>
 FingerJacobian coupled_columns(const Hand& hand, const Fingertip& tip, int followers, const Column& column) {
   FingerJacobian J = FingerJacobian::Zero(3, std::max(4, tip.joints));

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// A crossing at a pose, for the joints that it is taken together for, or for one of them alone.
+/// A crossing at a pose, for its joints together, or for one of them alone.
 struct Run {
   Vector3d M, D;          ///< Where it pulls, and the unit vector in which it does; world.
   double length_m = 0.0;  ///< Of M from the point that it is pulled to; infinity: in a direction.
@@ -20,7 +20,7 @@ struct Run {
   [[nodiscard]] double arm_m(const Vector3d& origin, const Vector3d& axis) const {
     return (M - origin).cross(D).dot(axis);
   }
-  /// -dD/dq of joints that move M by m_i, m_k, times m_i.
+  /// Returns -dD/dq of joints that move M by m_i, m_k, times m_i.
   [[nodiscard]] double turning(const Vector3d& m_i, const Vector3d& m_k) const {
     return (m_i.dot(m_k) - D.dot(m_i) * D.dot(m_k)) / length_m;
   }
@@ -51,7 +51,7 @@ double angle_of(const Hand& hand, int i, const JointVector& q) {
   return i < std::ssize(hand.joints) ? q[i] : hand.followers[i - hand.joints.size()].angle(q);
 }
 
-/// A crossing as one joint alone has it, all others at zero.
+/// A crossing for one joint alone, all others at zero.
 struct AloneRun {
   Run run;
   bool turns = false;  ///< The joint moves where it pulls, and not where it pulls to: otherwise its arm is constant.
@@ -66,7 +66,7 @@ AloneRun run_alone(const Hand& hand, const MuscleCrossing& crossing, int i, doub
   return {run_between(crossing, M, pull.X_WS_0), turns};
 }
 
-/// What both kinds of crossings add to H, with visit(joint, share of the arm).
+/// Calls visit(joint, share of the arm) for the contributions of both kinds of crossings to H.
 template <typename Add>
 void for_each_arm(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing, const Add& add) {
   if (is_together(hand, crossing)) {
@@ -81,7 +81,7 @@ void for_each_arm(const Hand& hand, const HandPose& pose, const MuscleCrossing& 
   }
 }
 
-/// dh/dq of a crossing, as slopes of joint i's arm with joint k, both of which it names.
+/// Computes dh/dq of a crossing, the slopes of joint i's arm by joint k, both among its joints.
 template <typename Add>
 void for_each_slope(const Hand& hand, const HandPose& pose, const MuscleCrossing& crossing, const Add& add) {
   if (is_together(hand, crossing)) {

@@ -55,7 +55,7 @@ struct PegScene {
 struct PegTick {
   double time_s = 0.0;
   PegTouch touch = PegTouch::kFree;
-  double depth_m = 0.0;  ///< Of the middle of the peg's end below the plate.
+  double depth_m = 0.0;  ///< Depth of the middle of the peg's end below the plate.
   double tilt_rad = 0.0;
   double push_N = 0.0;          ///< F_z, into the hole.
   double aside_N = 0.0;         ///< F_x.

@@ -17,7 +17,7 @@ struct StiffnessRecord {
 
 /// The latest known results, period by period; null: none yet.
 struct KnownStiffness {
-  std::shared_ptr<const StiffnessRecord> now;             ///< That of the last period.
+  std::shared_ptr<const StiffnessRecord> now;             ///< Result of the last period.
   std::shared_ptr<const StiffnessRecord> chosen, lacked;  ///< The last ones with a choice, and with a lack.
   double lacked_s = 0.0;                                  ///< Time of the last lack.
 

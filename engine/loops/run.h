@@ -104,12 +104,12 @@ struct ControlTick {
 struct Tick {
   const Snapshot& after;  ///< The state that it left.
   const TickReport& contact;
-  const ControlReport& control;            ///< Of the last control tick; of several threads, that of the tick's frame.
-  const Eigen::VectorXd& muscle_forces_N;  ///< Of that control tick.
-  bool controlled = false;                 ///< That control tick ran just before it, or its frame is new.
-  double display_s = 0.0;                  ///< What showing the deformed fingertips took: 60 times a second, else 0.
-  const GraspRun* run = nullptr;           ///< What it worked in; null where other threads run.
-  const Picture* picture = nullptr;        ///< Of it, if somebody has taken one.
+  const ControlReport& control;            ///< Result of the last control tick; with several threads, of the frame's.
+  const Eigen::VectorXd& muscle_forces_N;  ///< Forces of that control tick.
+  bool controlled = false;                 ///< True if that control tick ran just before it, or its frame is new.
+  double display_s = 0.0;                  ///< Time to show the deformed fingertips: 60 times a second, else 0.
+  const GraspRun* run = nullptr;           ///< The run; null with several threads.
+  const Picture* picture = nullptr;        ///< Picture of it, if one was taken.
 };
 
 /// Sees the ticks of a run, in order. Each returns whether the run is to go on.

@@ -58,7 +58,7 @@ struct ThreadSettings {
 
 /// The result of a threaded run. `frames` and `snapshots` count since the grasp was made.
 struct ThreadsReport {
-  ControlReport first_control;  ///< Of frame 0, which is made before the threads start.
+  ControlReport first_control;  ///< Result of frame 0, which is made before the threads start.
   Scheduling contact, control;  ///< Scheduling that was granted.
   ExchangeCounts frames, snapshots;
   std::int64_t ticks = 0;                 ///< Contact ticks done.

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// Of control points over the plane.
+/// Returns the heights of control points over the plane.
 VectorXd gaps_m(const Pulp& pulp, const Vector3d& direction, double depth_m) {
   if (!pulp.shape) {
     return (pulp.radius_m - depth_m - pulp.radius_m * (pulp.control_normals * direction).array()).matrix();
@@ -26,7 +26,7 @@ VectorXd gaps_m(const Pulp& pulp, const Vector3d& direction, double depth_m) {
 
 bool is_capsule(const Pulp& pulp) { return pulp.shape && pulp.shape->form == PulpShape::Form::kCapsule; }
 
-/// What of a pulp Hertz's contact needs.
+/// The data of a pulp for Hertz's contact.
 struct Rounding {
   double radius_m;
   EllipticHertz ellipse;

@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr int kDirections = 6;
-constexpr std::array kDepths{0.5, 0.75, 1.0};  // Of the one at the expected load: a grip closes through them.
-constexpr Index kFewestControls = 8;           // Fewer, and hardly one of them faces the object.
+constexpr std::array kDepths{0.5, 0.75, 1.0};  // Relative to the one at the expected load: a grip closes through them.
+constexpr Index kFewestControls = 8;           // With fewer, hardly one of them faces the object.
 
-/// Number k of directions spread evenly over the cap of 45 degrees about n: a finger's pulp, without its sides.
+/// Returns direction k of those spread evenly over the cap of 45 degrees about n: a finger's pulp, without its sides.
 Vector3d direction(const Vector3d& n, int k) {
   const double z = 1.0 - (1.0 - std::numbers::sqrt2 / 2.0) * (k + 0.5) / kDirections;
   const double angle = std::numbers::pi * (3.0 - std::sqrt(5.0)) * k;  // the golden one
@@ -29,7 +29,7 @@ Vector3d direction(const Vector3d& n, int k) {
   return z * n + std::sqrt(1.0 - z * z) * (std::cos(angle) * e1 + std::sin(angle) * e2);
 }
 
-/// What forces are compared with: Hertz's, but of a capsule, whose side is no body of Hertz, that of its leaves.
+/// The reference force: Hertz's, but for a capsule, to whose side Hertz does not apply, that of its leaves.
 class ForceReference {
  public:
   ForceReference(const Pulp& pulp, int level) : pulp_(pulp) {

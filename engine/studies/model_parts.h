@@ -64,7 +64,7 @@ struct PathDeviation {
   double position_rms_m = 0.0, position_final_m = 0.0;
   double rotation_rms_rad = 0.0, rotation_final_rad = 0.0;
   double force = 0.0;   ///< rms of the force differences, all together, over that of the reference's.
-  double moment = 0.0;  ///< Likewise of the patches' torsions, over the largest that the reference could carry, M_max.
+  double moment = 0.0;  ///< rms of the torsions' differences, over the most that the reference could carry: M_max.
   double margin = 0.0;  ///< rms of the margins' differences of loaded fingers; 1 where one path alone loads a finger.
 };
 [[nodiscard]] PathDeviation deviation(const GraspPath& path, const GraspPath& reference, std::size_t first);

@@ -19,7 +19,7 @@ using MatrixRef = Eigen::Ref<const MatrixXd>;
 using VectorRef = Eigen::Ref<const VectorXd>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Rows of H are measured lever arms: what is left of one below this part of its length is rounding, not anatomy.
+// Rows of H are measured lever arms: a remainder of one below this part of its length is rounding, not anatomy.
 constexpr double kDependentRow = 1e-10;
 // Rows that lose more than this part of their length to those before them are made orthogonal twice.
 constexpr double kShortened = 0.1;
@@ -37,7 +37,7 @@ struct Block {
 
 using Crossings = std::array<std::uint64_t, kMaxJoints>;
 
-/// The muscles with an arm on each joint, a bit each.
+/// Returns the muscles with an arm on each joint, one bit each.
 Crossings crossings_of(const MatrixRef& H) {
   Crossings crossings{};
   for (Index j = 0; j < H.cols(); ++j) {
@@ -48,7 +48,7 @@ Crossings crossings_of(const MatrixRef& H) {
   return crossings;
 }
 
-/// Takes from the joints that are left the first and all that it is coupled with.
+/// Takes the first of the remaining joints and all coupled with it.
 Block take_block(const Crossings& crossings, std::uint64_t& joints_left) {
   std::uint64_t joints = joints_left & -joints_left;
   std::uint64_t muscles = crossings[std::countr_zero(joints)];
@@ -68,7 +68,7 @@ Block take_block(const Crossings& crossings, std::uint64_t& joints_left) {
   return block;
 }
 
-/// 0 <= x <= limit, two constraints an entry: i and kSize + i.
+/// The constraints 0 <= x <= limit, two per entry: i and kSize + i.
 template <int kSize>
 struct Pulling {
   using Vector = typename ActiveSet<kSize>::Vector;
@@ -105,7 +105,8 @@ void add_push(const ActiveSet<kSize>& set, double factor, typename ActiveSet<kSi
   }
 }
 
-/// H = L Y with orthonormal rows Y, and L t = tau, of the rows of a block that do not depend on those before them.
+/// The factors H = L Y with orthonormal rows Y, and L t = tau, of the rows of a block that do not depend on those
+/// before them.
 template <int kSize>
 struct Equations {
   explicit Equations(ActiveSet<kSize>& basis) : set(basis) {}
@@ -150,7 +151,7 @@ struct Equations {
     return std::abs(torque_left) <= kDependentRow * torque_scale;
   }
 
-  /// l of the rows with L' l = v.
+  /// Solves L' l = v for the rows.
   void solve_transposed(std::array<double, kSize>& v) const {
     for (int k = rank - 1; k >= 0; --k) {
       v[k] *= over_diagonal[k];
@@ -159,7 +160,7 @@ struct Equations {
   }
 };
 
-/// One block's share of the problem; adds to f, and to l what proves the block's answer.
+/// Solves one block of the problem; adds to f, and to the certificate l.
 template <int kSize>
 MuscleStatus solve_block(const Block& block, const MuscleProblem& problem, std::array<double, kMaxMuscles>& f,
                          MuscleReport& report) {
@@ -222,8 +223,8 @@ MuscleStatus solve_block_of_any_size(const Block& block, const MuscleProblem& pr
   return solve_block<kMaxMuscles>(block, problem, f, report);
 }
 
-/// No answer without its proof: fills in the residual, and takes back an answer that fails. No input that is not finite
-/// has one.
+/// Checks the proof of an answer: sets the residual, and withdraws an answer that fails, as with input that is not
+/// finite.
 MuscleReport finish(const MuscleProblem& problem, const VectorRef& found, MuscleReport report, Eigen::Ref<VectorXd> f) {
   bool proved = false;
   if (report.status == MuscleStatus::kInfeasible) {
@@ -306,7 +307,7 @@ MuscleLack muscle_lack(const MuscleProblem& problem, const VectorRef& l) noexcep
   for (Index j = 0; j < problem.H.cols(); ++j) {
     const auto arms = problem.H.col(j);
     const double rate = arms.dot(l), limit = problem.limit_of(j);
-    // What is less is rounding of zero; so is what muscles without limits do.
+    // Smaller values are rounding of zero, as is the work of muscles without limits.
     if (!(rate > kDependentRow * arms.norm() * l.norm()) || !std::isfinite(limit)) continue;
     possible += limit * rate;
     if (limit * rate < largest || (lack.muscle >= 0 && limit * rate == 0.0)) continue;
@@ -321,8 +322,8 @@ MuscleLack muscle_lack(const MuscleProblem& problem, const VectorRef& l) noexcep
 namespace {
 
 /// Replaces H f = tau by Y f = t with orthonormal rows, H = L Y and tau = L t, by Gram-Schmidt. Rows that depend on
-/// those before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with what is left of
-/// it in t.
+/// those before them are zero in Y. Stops at such a row whose torque does not agree with theirs, with the remainder in
+/// t.
 Index orthonormalise(const MuscleProblem& problem, MuscleWorkspace& work) {
   const MatrixRef& H = problem.H;
   auto Y = work.Y.topLeftCorner(H.rows(), H.cols());
@@ -358,7 +359,7 @@ Index orthonormalise(const MuscleProblem& problem, MuscleWorkspace& work) {
   return H.rows();
 }
 
-/// L' l = v for the first rows that depend on no others; l is 0 for the rest.
+/// Solves L' l = v for the first rows that depend on no others; l is 0 for the rest.
 void solve_transposed(const MuscleWorkspace& work, Index rows, MuscleReport::JointVector& v) {
   for (Index k = rows - 1; k >= 0; --k) {
     for (Index i = k + 1; i < rows; ++i) v[k] -= work.L(i, k) * v[i];
@@ -382,8 +383,8 @@ MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles, Index limits)
 
 namespace {
 
-/// The LCP of f = pi (z - y) + least with a row for each muscle, and one for each limit that is not infinite. z takes
-/// the difference z - y.
+/// Solves the LCP of f = pi (z - y) + least with a row for each muscle, and one for each finite limit. z receives the
+/// difference z - y.
 LcpReport solve_limited_lcp(const MuscleProblem& problem, MuscleWorkspace& work) {
   const Index muscles = problem.H.cols();
   std::array<Index, kMaxMuscles> limited{};

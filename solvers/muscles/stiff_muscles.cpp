@@ -17,14 +17,14 @@ using Eigen::VectorXd;
 // An optimum is exact at this error, and trusted up to the second.
 constexpr double kEnough = 1e-10;
 constexpr double kTrusted = 1e-9;
-constexpr double kProved = 2.0 * kTrusted;  // By the proof's own measure.
-// What the planes may leave of a violation, as a share of what is wanted: from the first Newton ends most problems;
-// where it does not, from a later one.
+constexpr double kProved = 2.0 * kTrusted;  // In the proof's own measure.
+// Violations that the planes tolerate, relative to the demand: from the first Newton solves most problems; where it
+// does not, from a later one.
 constexpr std::array kLeft{3e-2, 1e-3, 1e-5, 1e-7};
 constexpr int kNewtonSteps = 12;
 // From the last period's optimum two are usual.
 constexpr int kWarmSteps = 8;
-// A step squares the error, times some number between 0.1 and 10: one from here needs no look at what it comes to.
+// A step squares the error, times some number between 0.1 and 10: the result of one from here needs no evaluation.
 constexpr double kUnseen = 6e-6;
 // Where the ways to the last optima lead on, as a guess of the error there, by which directions are found.
 constexpr double kGoingOn = 0.03;
@@ -37,15 +37,15 @@ class StiffSolver {
   StiffSolver(const StiffMuscleProblem& problem, StiffMuscleReport& report)
       : problem_(problem), report_(report), model_(problem), newton_(model_) {}
 
-  /// Takes up the last optimum; false if it is of another problem.
+  /// Loads the last optimum; false if it is of another problem.
   bool resume(const StiffWarmStart& last);
 
-  /// From what was taken up; false if that leads nowhere.
+  /// Solves from the loaded optimum; false if that fails.
   bool warm(double unseen) {
     return newton_.run(candidate_, kWarmSteps, {kEnough, kTrusted, unseen}, report_.iterations);
   }
 
-  /// Whether forces that were found without a look at stiffness have enough of it.
+  /// Tests whether forces found without regard to stiffness have enough of it.
   bool is_stiff(const Eigen::Ref<const VectorXd>& f) {
     Lanes x = Lanes::Zero();
     x.head(model_.muscles) = f.array();
@@ -58,7 +58,7 @@ class StiffSolver {
     return true;
   }
 
-  /// True if the problem is decided: optimal, or infeasible.
+  /// Solves without a start; true if the problem is decided: optimal, or infeasible.
   bool cold();
 
   void take_optimum(Eigen::Ref<VectorXd> found);
@@ -111,7 +111,8 @@ bool StiffSolver<kSize>::resume(const StiffWarmStart& last) {
   return true;
 }
 
-/// The orthonormal rows of H f = tau and the least x; false if a row depends on others and its torque does not agree.
+/// Computes the orthonormal rows of H f = tau and the least x; false if a row depends on others and its torque does not
+/// agree.
 template <int kSize>
 bool StiffSolver<kSize>::start(ActiveSet<kSize>& set, Lanes& x) {
   constexpr double kDependent = 1e-10;
@@ -158,7 +159,7 @@ bool StiffSolver<kSize>::start(ActiveSet<kSize>& set, Lanes& x) {
   return true;
 }
 
-/// l of H'l = the part of `rest` in the span of the rows.
+/// Solves H'l = the part of `rest` in the span of the rows.
 template <int kSize>
 std::array<double, kMaxJoints> StiffSolver<kSize>::joint_multipliers(const ActiveSet<kSize>& set,
                                                                      const Lanes& rest) const {
@@ -191,7 +192,7 @@ void StiffSolver<kSize>::take_candidate(const StiffPlanes<kSize>& planes, const 
   }
 }
 
-/// The weights of planes that leave no forces.
+/// Returns the weights of planes that are infeasible.
 template <int kSize>
 void StiffSolver<kSize>::take_proof(const StiffPlanes<kSize>& planes, const ActiveSet<kSize>& set) {
   Lanes rest = Lanes::Zero();
@@ -276,7 +277,7 @@ void StiffSolver<kSize>::take_optimum(Eigen::Ref<VectorXd> found) {
   }
 }
 
-/// An optimum that is proved becomes the next one's start.
+/// Keeps a proved optimum as the next start.
 template <int kSize>
 void StiffSolver<kSize>::leave(StiffWarmStart& last) const {
   const bool follows = last.is_set && last.variables == model_.variables && last.joints == model_.joints &&
@@ -335,7 +336,7 @@ bool is_usable(const StiffMuscleProblem& p) {
          std::isfinite(s.low) && std::isfinite(s.weight);
 }
 
-/// No answer without its proof, of an optimum up to this error.
+/// Checks the proof of an answer, of an optimum up to this error.
 void finish(const StiffMuscleProblem& problem, const Eigen::Ref<const VectorXd>& found, double trusted,
             StiffMuscleReport& report, Eigen::Ref<VectorXd> f) {
   bool is_proved = false;
@@ -360,7 +361,7 @@ void clear(const StiffMuscleProblem& problem, StiffMuscleReport& report) {
   }
 }
 
-/// From the last optimum; false if that leads to none.
+/// Solves from the last optimum; false if that fails.
 template <int kSize>
 bool solve_warm(const StiffMuscleProblem& problem, const StiffWarmStart& last, StiffSolver<kSize>& solver,
                 StiffMuscleReport& report, Eigen::Ref<VectorXd> found, Eigen::Ref<VectorXd> f) {
@@ -441,7 +442,7 @@ StiffLack find_stiff_lack(const StiffMuscleProblem& p) noexcept {
   unit << 1.0, 1.0, 1.0, Eigen::Vector3d::Constant(p.length_m * p.length_m);
   std::array<double, kMaxMuscles> memory;
   Eigen::Map<VectorXd> f(memory.data(), p.H.cols());
-  // What lacks still with so much less stiffness and so much less of the postures'.
+  // The lack with reduced stiffness and postures.
   const auto lack_below = [&](double less, double less_bent, StiffLack& lack) {
     Matrix6d K_des = p.K_des;
     K_des.diagonal() -= less * unit;

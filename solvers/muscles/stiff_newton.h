@@ -58,10 +58,10 @@ class StiffNewton {
     // Joints' motions for each eigenvector, and for the active ones their derivatives by the forces: dM z - dB'e.
     std::array<std::array<double, kMaxJoints>, 6> z;
     std::array<std::array<Lanes, kMaxJoints>, 6> pull;
-    std::array<std::array<int, 6>, 6> row;  ///< Of the equation of a pair of active ones; else the square of the pair.
+    std::array<std::array<int, 6>, 6> row;  ///< Equation of a pair of active ones; else the pair's square.
   };
 
-  /// c m_a / |m_u|. Where a direction is nearly of neither kind, it counts as active.
+  /// Returns c m_a / |m_u|. Where a direction is nearly of neither kind, it counts as active.
   static double kappa_of(const Block& block, int a, int u) {
     return block.c * block.weight[a] / std::max(-block.weight[u], 1e-8 * block.weight[a]);
   }

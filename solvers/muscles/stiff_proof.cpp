@@ -14,13 +14,13 @@ using Eigen::VectorXd;
 using VectorRef = Eigen::Ref<const VectorXd>;
 using FingerWrenches = Eigen::Matrix<double, 6, kMaxStiffJoints>;
 using FingerMotions = Eigen::Matrix<double, kMaxStiffJoints, 6, Eigen::RowMajor>;
-/// One number for each pair of joints of one finger, as the rows of `turn`.
+/// One number for each pair of joints of one finger, in the order of the rows of `turn`.
 using Pairs = std::array<double, 3 * kMaxJoints>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A muscle without a limit counts as able to pull this many times what is asked for.
 constexpr double kOutOfReach = 1e6;
-// Weights are sums of squares: what they miss of being positive is rounding below this share.
+// Weights are sums of squares: negative parts below this share are rounding.
 constexpr double kRounding = 1e-12;
 
 int first_joint(const StiffMuscleProblem& p, int finger) {
@@ -39,7 +39,7 @@ double tendon_of(const StiffMuscleProblem& p, Index j) {
   return p.tendon_N_per_m.size() > 0 ? 1.0 / p.tendon_N_per_m[j] : 0.0;
 }
 
-/// B_k + s B_1k; columns beyond the finger's joints are zero.
+/// Returns B_k + s B_1k; columns beyond the finger's joints are zero.
 FingerWrenches wrenches(const StiffMuscleProblem& p, int finger, double s) {
   const int first = first_joint(p, finger), n = p.joints[finger];
   FingerWrenches B = FingerWrenches::Zero();
@@ -48,7 +48,7 @@ FingerWrenches wrenches(const StiffMuscleProblem& p, int finger, double s) {
   return B;
 }
 
-/// The weights of <X_k, dM_k>: of each pair of joints, both ways.
+/// Returns the weights of <X_k, dM_k> for each pair of joints, in both orders.
 Pairs pair_weights(const StiffMuscleProblem& p, const std::array<FingerMatrix, kMaxStiffFingers>& X) {
   Pairs weights;
   int pair = 0;
@@ -75,7 +75,7 @@ void for_each_arm_pair(const StiffMuscleProblem& p, Index muscle, const Visit& v
   }
 }
 
-/// sum_k <X_k, M_k> = alpha s_j + beta f_j of a muscle.
+/// The coefficients of sum_k <X_k, M_k> = alpha s_j + beta f_j of a muscle.
 struct MuscleShare {
   double alpha = 0.0, beta = 0.0;
 };
@@ -87,7 +87,7 @@ MuscleShare share_of(const StiffMuscleProblem& p, Index muscle, const Pairs& wei
   return share;
 }
 
-/// M_k of all fingers, by pairs of joints.
+/// Computes M_k of all fingers, by pairs of joints.
 Pairs muscle_parts(const StiffMuscleProblem& p, const VectorRef& f) {
   Pairs M;
   Eigen::Map<VectorXd> all(M.data(), p.turn.rows());
@@ -101,7 +101,7 @@ Pairs muscle_parts(const StiffMuscleProblem& p, const VectorRef& f) {
   return M;
 }
 
-/// D_k + M_k, of M_k by pairs.
+/// Returns D_k + M_k, from M_k by pairs.
 FingerMatrix finger_stiffness(const StiffMuscleProblem& p, int finger, const Pairs& M, double squeeze) {
   const int first = first_joint(p, finger), n = p.joints[finger];
   int pair = first_pair(p, finger);
@@ -125,8 +125,8 @@ SmallSymmetric widened(const Matrix& X, int n) {
   return wide;
 }
 
-/// What X's first n rows lack of being positive semidefinite, as a share of `scale`: at most this, up to the next power
-/// of ten from 1e-12 on.
+/// Bounds the negative part of X's first n rows, relative to `scale`: rounded up to the next power of ten from 1e-12
+/// on.
 template <class Matrix>
 double lacking(const Matrix& X, int n, double scale) {
   const SmallSymmetric wide = widened(X, n);
@@ -137,7 +137,7 @@ double lacking(const Matrix& X, int n, double scale) {
   return kInfinity;
 }
 
-/// X with rotations on length_m.
+/// Returns X with rotations scaled by length_m.
 Matrix6d on_length(const Matrix6d& X, double over_length) {
   Eigen::Matrix<double, 6, 1> arms;
   arms << 1.0, 1.0, 1.0, over_length, over_length, over_length;
@@ -161,7 +161,7 @@ Scales scales(const StiffMuscleProblem& p) {
   return s;
 }
 
-/// |H f - tau - s tau_1|, each joint's as a force on its longest arm.
+/// Returns |H f - tau - s tau_1|, for each joint as a force on its longest arm.
 double torque_error_N(const StiffMuscleProblem& p, const VectorRef& f, double s) {
   double worst = 0.0;
   for (Index i = 0; i < p.H.rows(); ++i) {
@@ -175,7 +175,7 @@ double torque_error_N(const StiffMuscleProblem& p, const VectorRef& f, double s)
   return worst;
 }
 
-/// How far the forces, and the squeeze, are from where the multipliers pull them; W are those of dM_k.
+/// Computes the distance of forces and internal force from the multipliers' optimum; W are the weights of dM_k.
 double pull_error_N(const StiffMuscleProblem& p, const VectorRef& f, const StiffMuscleReport& report,
                     const std::array<FingerMatrix, kMaxStiffFingers>& W, double squeeze_pull) {
   double worst = 0.0;
@@ -194,7 +194,7 @@ double pull_error_N(const StiffMuscleProblem& p, const VectorRef& f, const Stiff
   return worst;
 }
 
-/// (D_k + M_k)^-1 B_k'. False if that is not positive definite.
+/// Computes (D_k + M_k)^-1 B_k'. False if D_k + M_k is not positive definite.
 bool solve_finger(const FingerMatrix& P, int n, const FingerWrenches& B, FingerMotions& z) {
   // P = L D L', U = L D.
   using Rows = std::array<std::array<double, kMaxStiffJoints>, kMaxStiffJoints>;
@@ -293,20 +293,20 @@ double stiff_kkt_error(const StiffMuscleProblem& p, const VectorRef& f, const St
 
 namespace {
 
-/// What a sum of weighted conditions comes to: the most that its left side can be, and its need.
+/// The sum of weighted conditions: largest value of its left side, and its need.
 struct WeightedSum {
   double possible = 0.0, need = 0.0;
   std::uint64_t at_limit = 0;
 };
 
-/// The force in 0 .. limit at which alpha s(f) + beta f is the most.
+/// Returns the force in 0 .. limit with the largest alpha s(f) + beta f.
 double best_force(double alpha, double beta, double soft, double tendon, double limit) {
   if (tendon == 0.0 || alpha == 0.0 || beta >= 0.0) return alpha / soft + beta > 0.0 ? limit : 0.0;
   // s' = soft / (soft + f tendon)^2 = -beta / alpha.
   return std::clamp((std::sqrt(alpha * soft / -beta) - soft) / tendon, 0.0, limit);
 }
 
-/// Torques and stiffness as forces: what muscles without limits are measured by.
+/// Returns torques and stiffness as forces, the scale of muscles without limits.
 double asked_N(const StiffMuscleProblem& p) {
   double asked = 0.0;
   for (Index i = 0; i < p.H.rows(); ++i) {

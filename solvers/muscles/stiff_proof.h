@@ -16,7 +16,7 @@ bool object_stiffness(const StiffMuscleProblem& problem, const Eigen::Ref<const 
 [[nodiscard]] FingerMatrix finger_stiffness(const StiffMuscleProblem& problem, int finger,
                                             const Eigen::Ref<const Eigen::VectorXd>& f, double squeeze) noexcept;
 
-/// Computes the KKT error of forces, internal force and multipliers [no unit], the largest of: |f - clamp(..)| and the
+/// Computes the KKT error of forces, internal force and multipliers [no unit]: the largest of |f - clamp(..)| and the
 /// torque errors as forces, relative to the largest force; the lack of K_o and the postures, relative to K_des and
 /// kappa; the negative parts of Z and Y, and their products with the slacks, relative to the effort.
 [[nodiscard]] double stiff_kkt_error(const StiffMuscleProblem& problem, const Eigen::Ref<const Eigen::VectorXd>& f,
