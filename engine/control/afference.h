@@ -32,6 +32,12 @@ class Afference {
   /// The newest that is no newer than `tick`, or where there is none, the oldest.
   [[nodiscard]] const Sensed& at(std::int64_t tick) const;
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(past_, count_);
+  }
+
  private:
   std::vector<Sensed> past_;  ///< A ring.
   std::size_t count_ = 0;     ///< Of all that were added.

@@ -34,6 +34,12 @@ class Swings {
   /// How far the object is off its target now, along three axes [m] and by which angle [rad].
   std::optional<Swing> add(const Eigen::Vector3d& off_m, double off_rad);
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(courses_);
+  }
+
  private:
   struct Course {
     double far = 0.0, turned = 0.0;       ///< As far as it has come, and where it turned last.
@@ -42,6 +48,11 @@ class Swings {
     int wider = 0;
     double first = 0.0;  ///< The last that was not wider.
     void add(double now, double least);
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(far, turned, way, last, one_before, wider, first);
+    }
   };
   std::array<Course, 4> courses_;
 };

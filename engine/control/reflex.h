@@ -47,6 +47,12 @@ class Reflex {
   ReflexReport update(const Model& model, const Sensed& felt, const Snapshot& now, const Eigen::VectorXd& asked_N,
                       double period_s);
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(margin_, delay_s_, fingers_, severity_, answers_slip_, pulse_from_s_, quiet_until_s_);
+  }
+
  private:
   /// Of one finger.
   struct Finger {
@@ -55,6 +61,11 @@ class Reflex {
     bool is_loaded = false;
     double pulse_N = 0.0;  ///< How far the running pulse raises the squeeze.
     double caught_N = 0.0, regulated_N = 0.0;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(friction, mean_N, is_loaded, pulse_N, caught_N, regulated_N);
+    }
   };
   static void feel_friction(const Touch& touch, double period_s, Finger& finger);
   /// What a finger feels that was not expected, and the squeeze that answers it.
