@@ -150,8 +150,8 @@ void members(Archive& a, LocalStep& x) {
 /// What of it a solve finds of the one before: the rest it makes anew.
 template <typename Archive>
 void members(Archive& a, GroupedWorkspace& x) {
-  a(x.edition, x.compliance_scale, x.J_then, x.sweeps.local, x.sweeps.blocks, x.ground.x, x.ground.inverse_slope,
-    x.ground.has_slope);
+  a(x.edition, x.compliance_scale, x.J_then, x.sweeps.J, x.sweeps.local, x.sweeps.blocks, x.ground.x,
+    x.ground.inverse_slope, x.ground.has_slope);
 }
 
 template <typename Archive>
