@@ -288,6 +288,39 @@ bool SignalWatch::operator()(std::int64_t tick) {
   return raised_;
 }
 
+namespace {
+
+void bind_saving(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
+  type.def(
+          "state",
+          [](Simulation& self) {
+            const Hold hold(self);
+            std::string bytes;
+            {
+              const py::gil_scoped_release others;
+              bytes = self.state();
+            }
+            return py::bytes(bytes);
+          },
+          R"(All of the run as bytes, but its laws.
+
+For set_state() of a simulation of the same scene, in this process or another one of the same version and machine.)")
+      .def(
+          "set_state",
+          [](Simulation& self, const py::bytes& state) {
+            const auto bytes = static_cast<std::string_view>(state);
+            const Hold hold(self);
+            const py::gil_scoped_release others;
+            self.set_state(bytes);
+          },
+          py::arg("state"), R"(Goes on as the run did whose state() this is: with the same bits as its copy().
+
+The laws stay. Raises ValueError, and changes nothing, if the bytes are not whole, or the state of another scene: of
+another hand, object, step, or number of points, or with other parts.)");
+}
+
+}  // namespace
+
 void bind_simulation(py::module_& module) {
   py::class_<Simulation, std::shared_ptr<Simulation>> type(module, "Simulation", R"(A scene that is stepped.
 
@@ -317,32 +350,6 @@ Returns report.)")
           },
           "A run that goes on as this one would, by itself.")
       .def(
-          "state",
-          [](Simulation& self) {
-            const Hold hold(self);
-            std::string bytes;
-            {
-              const py::gil_scoped_release others;
-              bytes = self.state();
-            }
-            return py::bytes(bytes);
-          },
-          R"(All of the run as bytes, but its laws.
-
-For set_state() of a simulation of the same scene, in this process or another one of the same version and machine.)")
-      .def(
-          "set_state",
-          [](Simulation& self, const py::bytes& state) {
-            const auto bytes = static_cast<std::string_view>(state);
-            const Hold hold(self);
-            const py::gil_scoped_release others;
-            self.set_state(bytes);
-          },
-          py::arg("state"), R"(Goes on as the run did whose state() this is: with the same bits as its copy().
-
-The laws stay. Raises ValueError, and changes nothing, if the bytes are not whole, or the state of another scene: of
-another hand, object, step, or number of points, or with other parts.)")
-      .def(
           "close",
           [](Simulation& self) {
             if (self.closed) return;
@@ -353,6 +360,7 @@ another hand, object, step, or number of points, or with other parts.)")
           "No more steps and views, and its laws are let go; views that are there stay. Leaving a `with` does so, too.")
       .def("__enter__", [](const py::object& self) { return self; })
       .def("__exit__", [](const py::object& self, const py::args&) { self.attr("close")(); });
+  bind_saving(type);
   bind_state(type);
   bind_shows(type);
 }

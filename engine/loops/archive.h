@@ -57,7 +57,7 @@ class StateReader {
   static void require(bool is_sound) {
     if (!is_sound) throw std::invalid_argument("the state is damaged");
   }
-  /// Puts a new one in `place`, a container's or an optional's way to make one; of the model where it needs to know that.
+  /// Makes a new one by `place`, which is a container's or an optional's emplace; of the model where it needs that.
   template <typename T, typename Place>
   void make(const Place& place) const {
     if constexpr (std::is_default_constructible_v<T>) {

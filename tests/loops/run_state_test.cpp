@@ -39,8 +39,8 @@ void expect_same(GraspRun& one, GraspRun& other) {
 
 class RunState : public testing::TestWithParam<Case> {};
 
-// A run that goes on from a state does bit for bit what a plain copy does, and what the run itself does; in one loop and
-// in lockstep with frames under way.
+// A run that goes on from a state does bit for bit what a plain copy does, and what the run itself does; in one loop
+// and in lockstep with frames under way.
 TEST_P(RunState, GoesOnAsACopyWould) {
   const Model model = build_model(scene_of(GetParam().scene, GetParam().changes));
   for (const bool is_lockstep : {false, true}) {
