@@ -9,6 +9,7 @@
 
 #include "engine/finder/grasp_measures.h"
 #include "engine/results/contact_fields.h"
+#include "engine/results/run_measures.h"
 #include "engine/results/tick_fields.h"
 
 namespace thenar::app {
@@ -117,6 +118,30 @@ std::string fields_as_stub() {
   lines += '\n';
   for (const GraspMeasure& measure : grasp_measures()) add_property(measure.name, "float", lines);
   return lines;
+}
+
+std::string measures_as_markdown() {
+  std::string page =
+      "# The measures of a run\n\n"
+      "This page is written by `thenar fields --measures`, from the rows in `engine/results/run_measures.cpp`, of\n"
+      "which `summary.json`, the printed table and the columns of `rows.csv` are made. A dot is an object within; "
+      "`[]`\n"
+      "is a list with an object for each. A stage is an object with `p50_us` and `p99_us`, over the ticks that ran\n"
+      "it. What was not measured is `null`. A measure with a condition is in runs that fulfil it.\n\n"
+      "| in `summary.json` | unit | in `rows.csv` | |\n|---|---|---|---|\n";
+  for (const MeasureSection& section : measure_sections()) {
+    const std::string within = std::string(section.key) + (section.items != nullptr ? "[]" : "");
+    for (const RunMeasure& measure : section.measures) {
+      const Runs& runs = measure.runs != nullptr ? *measure.runs : *section.runs;
+      fmt::format_to(std::back_inserter(page), "| {} | {} | {} | {}{} |\n",
+                     section.heading == Heading::kSweepAlone
+                         ? ""
+                         : fmt::format("`{}{}{}`", within, within.empty() ? "" : ".", measure.key),
+                     measure.unit.name, measure.column > 0 ? fmt::format("`{}`", measure.column_name()) : "",
+                     measure.sentence, runs.which.empty() ? "" : fmt::format(" Only {}.", runs.which));
+    }
+  }
+  return page;
 }
 
 }  // namespace thenar::app

@@ -163,9 +163,10 @@ State pressed(const Model& model) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   (void)control_tick(model, state, controller, frame);
-  (void)contact_tick(model, frame, work, state);
+  (void)contact_tick(model, frame, memory, work, state);
   return state;
 }
 

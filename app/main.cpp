@@ -103,7 +103,10 @@ int execute(const Options& options) {
       {"stiffness", [](const Options& o) { return run_stiffness(o.stiffness); }},
       {"export", export_recording},
       {"keys", [](const Options& o) { return print(o.markdown ? keys_as_markdown() : keys_as_text(o.prefix)); }},
-      {"fields", [](const Options& o) { return print(o.stub ? fields_as_stub() : fields_as_markdown()); }},
+      {"fields",
+       [](const Options& o) {
+         return print(o.stub ? fields_as_stub() : o.measures ? measures_as_markdown() : fields_as_markdown());
+       }},
       {"schema", [](const Options&) { return print(keys_as_schema()); }},
       {"doctor",
        [](const Options& o) {

@@ -243,6 +243,8 @@ void add_keys(CLI::App& app, Options& options) {
   CLI::App* const fields = app.add_subcommand(
       "fields", "Prints the page docs/reference/fields.md: the fields of a tick, and the measures of a found grasp");
   fields->add_flag("--stub", options.stub, "Prints them as properties in python/thenar/_core.pyi instead");
+  fields->add_flag("--measures", options.measures, "Prints the page docs/reference/measures.md instead")
+      ->excludes("--stub");
 }
 
 /// The flags as changes of the scene, around those that the user set by key: a default of ours gives way to them, a

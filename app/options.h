@@ -57,6 +57,7 @@ struct Options {
   std::string prefix;     ///< Of those that are listed; empty: all.
   bool markdown = false;  ///< As docs/reference/scene.md.
   bool stub = false;      ///< As python/thenar/_core.pyi.
+  bool measures = false;  ///< The page of measures.
 
   HandOptions hand;
   StiffnessOptions stiffness;

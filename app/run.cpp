@@ -12,6 +12,7 @@
 
 #include "app/exit_code.h"
 #include "app/jitter_floor.h"
+#include "app/loops_table.h"
 #include "app/progress.h"
 #include "app/results.h"
 #include "app/table.h"
@@ -130,10 +131,11 @@ RealtimeRun run_to_end(const Options& options, const Model& model, State& state,
 }
 
 /// The measures of the run, and after a run on two threads the floor with what this run's spin made of it.
-ordered_json summary_of(const Options& options, const Model& model, const RealtimeRun& run,
-                        const MeasuredFloor& floor) {
-  if (!in_realtime(options)) return summarize(model, run.recording);
-  ordered_json summary = summarize(model, run);
+ordered_json summary_of(const Options& options, const Model& model, const RealtimeRun& run, const MeasuredFloor& floor,
+                        const std::vector<MeasuredSection>& measures) {
+  ordered_json summary = summary_json(measures);
+  if (!in_realtime(options)) return summary;
+  add_loops(model, run, summary);
   summary["floor"] = floor.json;
   if (floor.json.is_null()) return summary;
   summary["floor"]["spin"] = {{"spin_us", run.report.contact.spin_us},
@@ -160,11 +162,13 @@ bool write_numbers(const Options& options, const Model& model, const RealtimeRun
   return has_signals;
 }
 
-void print_answer(const Options& options, const ordered_json& summary, const ProblemDump* dump) {
+void print_answer(const Options& options, const std::vector<MeasuredSection>& measures, const ordered_json& summary,
+                  const RealtimeRun& run, const ProblemDump* dump) {
   if (options.format == "json") {
     std::cout << summary.dump(2) << '\n';
   } else if (!options.quiet) {
-    std::cout << results_table(summary);
+    std::cout << results_table(measures, in_realtime(options) ? &run.report.contact : nullptr);
+    if (in_realtime(options)) std::cout << loops_table(summary);
     if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
     if (dump != nullptr) {
       std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {}\n", options.dump_every,
@@ -208,9 +212,10 @@ int run(const Options& options) {
 
   Attempts results;
   if (film) results.attempt([&] { finish_recording(*film, run.recording); });
-  const ordered_json summary = summary_of(options, model, run, floor);
+  const std::vector<MeasuredSection> measures = measure(view_of(model, run.recording));
+  const ordered_json summary = summary_of(options, model, run, floor, measures);
   const bool has_signals = write_numbers(options, model, run, summary, results);
-  print_answer(options, summary, dump);
+  print_answer(options, measures, summary, run, dump);
   if (dump != nullptr) results.attempt([&] { dump->finish(); });
   const int code = report_verdict(model.scene, run.recording.verdict);
   if (has_signals && options.figures) {

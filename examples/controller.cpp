@@ -42,7 +42,8 @@ int main(int argc, char** argv) try {
   thenar::State state(model);
   thenar::Frame frame(model);
   thenar::Controller controller(model);
-  thenar::ContactWorkspace work(model);
+  thenar::ContactMemory memory(model);
+  thenar::ContactScratch work(model);
   controller.own.torques = impedance;
 
   const Eigen::Vector3d start = state.X_WO.translation(), aside = state.X_WO.linear().col(1);
@@ -51,7 +52,7 @@ int main(int argc, char** argv) try {
     if (model.control_is_due(tick)) thenar::control_tick(model, state, controller, frame);
     thenar::TickInput input;
     if (tick >= 500) input.wrench.head<3>() = kPush_N * aside;
-    thenar::contact_tick(model, frame, work, state, input);
+    thenar::contact_tick(model, frame, memory, work, state, input);
     gave_way_m = std::max(gave_way_m, (state.X_WO.translation() - start).dot(aside));
   }
   std::printf("gave way by %.2f mm; F / K is %.2f mm\n", 1e3 * gave_way_m, 1e3 * kPush_N / kStiffness_N_per_m);

@@ -12,11 +12,12 @@ int main(int argc, char** argv) try {
   thenar::State state(model);  // all that moves: q, object pose, deformation, forces
   thenar::Frame frame(model);  // contacts and drive, frozen between control ticks
   thenar::Controller controller(model);
-  thenar::ContactWorkspace work(model);  // memory of the contact tick, which takes none later
+  thenar::ContactMemory memory(model);  // what the contact tick keeps from tick to tick
+  thenar::ContactScratch work(model);   // what it works in: it takes no memory later
 
   for (int tick = 0; tick < 500; ++tick) {
     if (model.control_is_due(tick)) thenar::control_tick(model, state, controller, frame);
-    const thenar::TickReport report = thenar::contact_tick(model, frame, work, state);
+    const thenar::TickReport report = thenar::contact_tick(model, frame, memory, work, state);
     if (tick % 100 == 99) {
       const double time_s = static_cast<double>(state.tick) * model.scene.step_s;
       std::printf("%.1f s: %ld contacts carry force, residual %.0e, the thumb presses with %.2f N\n", time_s,

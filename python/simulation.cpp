@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "engine/loops/run_state.h"
+#include "engine/results/record_state.h"
 #include "engine/results/recording_file.h"
 #include "engine/results/summary.h"
 #include "engine/results/verdict.h"
@@ -190,7 +192,7 @@ Simulation::Simulation(std::shared_ptr<const SceneHandle> of_scene, std::shared_
   record = tick_record(*model, run.state, TickReport(model->scene.hand), run.report);
 }
 
-Simulation::Simulation(const Simulation& other)
+Simulation::Simulation(Simulation& other)
     : scene(other.scene),
       model(other.model),
       lockstep(other.lockstep),
@@ -199,8 +201,28 @@ Simulation::Simulation(const Simulation& other)
       record(other.record),
       sums(other.sums),
       monitor(other.monitor),
-      picture_(*model) {
+      picture_(other.picture()) {
   run.go_on_as(other.run);
+}
+
+std::string Simulation::state() {
+  (void)picture();
+  StateWriter writer;
+  members(writer);
+  return sealed_state(state_fingerprint(*model, run.is_lockstep()), writer.bytes);
+}
+
+void Simulation::read(std::string_view members_of) {
+  StateReader reader(members_of, *model);
+  members(reader);
+  StateReader::require(reader.left() == 0);
+}
+
+void Simulation::set_state(std::string_view bytes) {
+  const std::string_view members_of = opened_state(state_fingerprint(*model, run.is_lockstep()), bytes);
+  // Another one tries first: what is refused changes nothing.
+  Simulation(scene, model, lockstep, {}).read(members_of);
+  read(members_of);
 }
 
 void Simulation::tick() {
@@ -220,7 +242,7 @@ void Simulation::record_now(const std::filesystem::path& file) {
 }
 
 const Picture& Simulation::picture() {
-  if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.work, picture_);
+  if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.memory, run.work, picture_);
   return picture_;
 }
 
@@ -266,6 +288,39 @@ bool SignalWatch::operator()(std::int64_t tick) {
   return raised_;
 }
 
+namespace {
+
+void bind_saving(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
+  type.def(
+          "state",
+          [](Simulation& self) {
+            const Hold hold(self);
+            std::string bytes;
+            {
+              const py::gil_scoped_release others;
+              bytes = self.state();
+            }
+            return py::bytes(bytes);
+          },
+          R"(All of the run as bytes, but its laws.
+
+For set_state() of a simulation of the same scene, in this process or another one of the same version and machine.)")
+      .def(
+          "set_state",
+          [](Simulation& self, const py::bytes& state) {
+            const auto bytes = static_cast<std::string_view>(state);
+            const Hold hold(self);
+            const py::gil_scoped_release others;
+            self.set_state(bytes);
+          },
+          py::arg("state"), R"(Goes on as the run did whose state() this is: with the same bits as its copy().
+
+The laws stay. Raises ValueError, and changes nothing, if the bytes are not whole, or the state of another scene: of
+another hand, object, step, or number of points, or with other parts.)");
+}
+
+}  // namespace
+
 void bind_simulation(py::module_& module) {
   py::class_<Simulation, std::shared_ptr<Simulation>> type(module, "Simulation", R"(A scene that is stepped.
 
@@ -305,6 +360,7 @@ Returns report.)")
           "No more steps and views, and its laws are let go; views that are there stay. Leaving a `with` does so, too.")
       .def("__enter__", [](const py::object& self) { return self; })
       .def("__exit__", [](const py::object& self, const py::args&) { self.attr("close")(); });
+  bind_saving(type);
   bind_state(type);
   bind_shows(type);
 }

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include "engine/grasp/contact_tick.h"
 #include "engine/loops/picture.h"
@@ -25,8 +27,8 @@ class Simulation {
  public:
   Simulation(std::shared_ptr<const SceneHandle> scene, std::shared_ptr<const Model> model,
              std::optional<LockstepSettings> lockstep, OwnControl own);
-  /// Goes on as the other would.
-  Simulation(const Simulation& other);
+  /// Goes on as the other would, which takes its picture for that.
+  explicit Simulation(Simulation& other);
   Simulation& operator=(const Simulation&) = delete;
 
   /// One tick: as run_ticks() and Recorder have it, but that nothing is kept.
@@ -36,6 +38,10 @@ class Simulation {
   void ticks(std::int64_t count, bool to_loss, Stop&& stop) {
     for (std::int64_t i = 0; i < count && !(to_loss && monitor.has_ended()) && !stop(i); ++i) tick();
   }
+
+  /// All of it but the laws, and back: see engine/loops/run_state.h.
+  [[nodiscard]] std::string state();
+  void set_state(std::string_view bytes);
 
   [[nodiscard]] const Picture& picture();
   /// A recording of this instant alone. Throws FileError.
@@ -53,6 +59,12 @@ class Simulation {
   std::atomic<bool> busy{false};
 
  private:
+  template <typename Archive>
+  void members(Archive& a) {
+    a(static_cast<Run&>(run), input, record, sums, monitor, picture_);
+  }
+  void read(std::string_view members);
+
   Picture picture_;
 };
 

@@ -154,7 +154,7 @@ bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * then.cwiseAbs().maxCoeff();
 }
 
-/// Makes the problem of the sweeps. Jacobians include the roots of the mobilities: each group's block is J J' + s C.
+/// Makes the sweeps' problem. The Jacobians include the roots of the mobilities: a group's block is J J' + s C.
 void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   const GroupedDelassus& W = problem.W;
   SweepWorkspace& work = grouped.sweeps;

@@ -38,13 +38,11 @@ std::string LiveGrasps::find(const Find& wish, const LiveSettings& begun, const 
   if (own_.hand.slides) return "fingertips on slides are no hand to find a grasp for";
   AskedScene asked = now_asked_;
   Scene& scene = asked.scene;
-  apply(begun, now, scene);
   // Who has set the squeeze wants that one, whatever the scene asks for.
-  if (now.internal_force_N != begun.internal_force_N) scene.grasp->press_N.reset();
+  if (now.value("internal_force_N") != begun.value("internal_force_N")) scene.grasp->press_N.reset();
+  apply(begun, now, scene);
   // The controller must not plan with more friction than there is.
   if (scene.control) scene.control->grasp_friction = std::min(scene.control->grasp_friction, scene.contact.friction);
-  if (scene.fingertips && now.kernel) scene.fingertips->material.kernel = *now.kernel;
-  if (scene.fingertips && now.level != begun.level) scene.contact.level = now.level;
   return search_.begin(std::move(asked), wish.best);
 }
 

@@ -1,9 +1,16 @@
 #include "app/window/live_settings.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
 
 #include "engine/results/state_message.h"
 #include "engine/scenes/build_model.h"
+#include "engine/scenes/describe.h"
 #include "engine/scenes/key_table.h"
 #include "engine/scenes/surface_model.h"
 
@@ -15,92 +22,155 @@ namespace {
 
 constexpr Eigen::Index kFewestControls = 8;  // Fewer, and hardly one of them faces the object.
 
-template <typename T>
-void replace(const std::optional<T>& change, T& value) {
-  if (change) value = *change;
-}
+/// Each status has these, in this order, null where the scene does not; others follow as the table of keys has them.
+constexpr std::string_view kInEachStatus[]{"friction",   "internal_force_N", "max_sweeps", "tolerance", "contact_Hz",
+                                           "control_Hz", "delay_periods",    "kernel",     "level"};
 
-/// Nothing if the bodies' frictions differ.
-std::optional<double> same_friction(const Environment& environment) {
-  std::optional<double> friction;
-  for (const EnvironmentBody& body : environment.bodies) {
-    if (friction && *friction != body.friction) return std::nullopt;
-    friction = body.friction;
+// Why a scene does not have a setting, in the order in which this is told.
+constexpr std::string_view kNeedsFingertips = "kernel and level need deformable fingertips";
+constexpr std::string_view kNeedsStiffness =
+    "asked_N_per_m and asked_Nm_per_rad need a scene with control.muscles.object_stiffness";
+constexpr std::pair<std::string_view, std::string_view> kNeeds[]{
+    {"internal_force_N", "internal_force_N needs a scene with control"},
+    {"kernel", kNeedsFingertips},
+    {"level", kNeedsFingertips},
+    {"asked_N_per_m", kNeedsStiffness},
+    {"asked_Nm_per_rad", kNeedsStiffness},
+    {"around_friction", "around_friction needs a scene with an environment whose bodies have the same friction"},
+    {"around_m_per_N", "around_m_per_N needs a scene with an environment"}};
+
+/// Shows each live key to `changed` in the unit of messages, and writes what that makes of it.
+class LiveVisitor final : public Visitor {
+ public:
+  using Changed = std::function<LiveValue(const LiveKey&, const LiveValue&)>;
+  LiveVisitor(const Scene& scene, Changed changed)
+      : scene_(scene), period_s_(scene.control_period_s), changed_(std::move(changed)) {}
+
+ private:
+  /// What does not change is not written: a rate goes through a reciprocal, which rounds.
+  void number(const KeyRow& row, double& value) override {
+    if (row.live.name.empty()) return;
+    const bool is_time = row.dimension == Dimension::kTime;
+    const bool is_rate = is_time && row.live.unit == "Hz", is_in_periods = is_time && row.live.unit == "periods";
+    const double now = is_rate ? 1.0 / value : is_in_periods ? std::round(value / period_s_) : value;
+    const double next = std::get<double>(changed_(row.live, now));
+    if (next == now && !(is_in_periods && scene_.control_period_s != period_s_)) return;
+    value = is_rate ? 1.0 / next : is_in_periods ? next * scene_.control_period_s : next;
   }
-  return friction;
+  void numbers(const KeyRow& row, Eigen::Ref<Eigen::VectorXd> values) override {
+    if (!row.live.name.empty()) values = std::get<Eigen::Vector3d>(changed_(row.live, Eigen::Vector3d(values)));
+  }
+  void count(const KeyRow& row, Eigen::Index& value) override {
+    if (row.live.name.empty()) return;
+    value = std::lround(std::get<double>(changed_(row.live, static_cast<double>(value))));
+  }
+  std::string choice_of(const KeyRow& row, std::string_view now) override {
+    if (row.live.name.empty()) return std::string(now);
+    if (row.live.least == row.live.most) return std::get<std::string>(changed_(row.live, std::string(now)));
+    const std::vector<std::string_view> words = words_of_choice(row.range);
+    const auto place = static_cast<double>(std::ranges::find(words, now) - words.begin());
+    return std::string(words.at(std::lround(std::get<double>(changed_(row.live, place)))));
+  }
+
+  const Scene& scene_;
+  const double period_s_;  ///< Of control, as it is before the visit.
+  const Changed changed_;
+};
+
+void visit_live(Scene& scene, const LiveVisitor::Changed& changed) {
+  SceneFile file;
+  file.scene = std::move(scene);
+  LiveVisitor visitor(file.scene, changed);
+  describe(visitor, file);
+  scene = std::move(file.scene);
 }
 
-const char* name_of(PulpKernel kernel) { return kernel == PulpKernel::kGaussian ? "gaussian" : "boussinesq"; }
+ordered_json json_of(const LiveValue& value, const LiveKey& live) {
+  if (const auto* word = std::get_if<std::string>(&value)) return *word;
+  if (const auto* three = std::get_if<Eigen::Vector3d>(&value)) {
+    return ordered_json::array({three->x(), three->y(), three->z()});
+  }
+  const double number = std::get<double>(value);
+  return live.whole ? ordered_json(std::lround(number)) : ordered_json(number);
+}
+
+bool is_too_coarse(double level, const LiveSettings& settings) {
+  return (settings.leaves >> std::lround(level)) < kFewestControls;
+}
+
+/// Why the scene cannot have these; empty: it can.
+std::string refusal_of(const LiveValues& changes, const LiveSettings& settings) {
+  for (const auto& [name, words] : kNeeds) {
+    const auto change = changes.find(name);
+    if (change == changes.end()) continue;
+    if (!settings.value(name)) return std::string(words);
+    if (name == "level" && is_too_coarse(std::get<double>(change->second), settings)) {
+      return "level leaves a fingertip fewer than 8 control points";
+    }
+  }
+  for (const auto& [name, value] : changes) {
+    if (!settings.value(name)) return fmt::format("this scene has no {}", name);
+  }
+  return "";
+}
 
 }  // namespace
 
+std::optional<LiveValue> LiveSettings::value(std::string_view name) const {
+  const auto found = values.find(name);
+  return found == values.end() ? std::nullopt : std::optional(found->second);
+}
+
+double LiveSettings::number(std::string_view name) const { return std::get<double>(value(name).value()); }
+
 bool same_fingertips(const LiveSettings& a, const LiveSettings& b) {
-  return a.kernel == b.kernel && a.level == b.level;
+  return a.value("kernel") == b.value("kernel") && a.value("level") == b.value("level");
+}
+
+void copy_fingertips(const LiveSettings& from, LiveSettings& to) {
+  for (const char* name : {"kernel", "level"}) {
+    if (const auto value = from.value(name)) to.values.insert_or_assign(name, *value);
+  }
 }
 
 LiveSettings live_settings(const Model& model) {
-  const Scene& scene = model.scene;
   LiveSettings settings;
-  settings.friction = scene.contact.friction;
-  settings.friction_steps = !scene.task.friction.empty();
-  settings.tolerance = scene.contact.tolerance;
-  settings.max_sweeps = scene.contact.max_sweeps;
-  settings.contact_Hz = 1.0 / scene.step_s;
-  settings.control_Hz = 1.0 / scene.control_period_s;
-  settings.delay_periods = static_cast<int>(std::lround(scene.control_delay_s / scene.control_period_s));
-  if (scene.control) settings.internal_force_N = scene.control->internal_force_N;
-  if (scene.chooses_stiffness()) {
-    settings.asked_N_per_m = scene.control->muscles->object_stiffness->translation_N_per_m;
-    settings.asked_Nm_per_rad = scene.control->muscles->object_stiffness->rotation_Nm_per_rad;
-  }
-  if (scene.environment) {
-    settings.around_friction = same_friction(*scene.environment);
-    settings.around_m_per_N = scene.environment->compliance_m_per_N;
-  }
-  if (scene.fingertips) {
-    settings.kernel = scene.fingertips->material.kernel;
-    settings.level = model.level;
-    settings.leaves = scene.fingertips->leaves;
-  }
+  Scene scene = model.scene;
+  visit_live(scene, [&](const LiveKey& live, const LiveValue& value) {
+    return settings.values.emplace(live.name, value).first->second;
+  });
+  settings.friction_steps = !model.scene.task.friction.empty();
+  if (!model.scene.fingertips) return settings;
+  settings.values.at("level") = static_cast<double>(model.level);
+  settings.leaves = model.scene.fingertips->leaves;
   return settings;
 }
 
 ordered_json settings_json(const LiveSettings& settings) {
-  const auto or_null = [](const auto& value) { return value ? ordered_json(*value) : ordered_json(nullptr); };
-  ordered_json json = {
-      {"friction", settings.friction},           {"internal_force_N", or_null(settings.internal_force_N)},
-      {"max_sweeps", settings.max_sweeps},       {"tolerance", settings.tolerance},
-      {"contact_Hz", settings.contact_Hz},       {"control_Hz", settings.control_Hz},
-      {"delay_periods", settings.delay_periods}, {"kernel", nullptr},
-      {"level", or_null(settings.level)}};
-  if (settings.kernel) json["kernel"] = name_of(*settings.kernel);
-  const auto add = [&](const char* name, const std::optional<Eigen::Vector3d>& three) {
-    if (three) json[name] = {three->x(), three->y(), three->z()};
-  };
-  add("asked_N_per_m", settings.asked_N_per_m);
-  add("asked_Nm_per_rad", settings.asked_Nm_per_rad);
-  if (settings.around_friction) json["around_friction"] = *settings.around_friction;
-  if (settings.around_m_per_N) json["around_m_per_N"] = *settings.around_m_per_N;
+  ordered_json json;
+  for (const std::string_view name : kInEachStatus) json[std::string(name)] = nullptr;
+  for (const Key& key : scene_keys()) {
+    if (const auto value = settings.value(key.live.name)) json[std::string(key.live.name)] = json_of(*value, key.live);
+  }
   return json;
 }
 
 ordered_json settings_list(const LiveSettings& begun) {
-  const ordered_json own = settings_json(begun);
   ordered_json list = ordered_json::array();
   for (const Key& key : scene_keys()) {
     const LiveKey& live = key.live;
-    if (live.name.empty() || own.value(live.name, ordered_json()).is_null()) continue;
+    const std::optional<LiveValue> value = begun.value(live.name);
+    if (!value) continue;
     ordered_json one = {{"name", live.name}, {"key", key.path}, {"label", live.label}, {"what", key.sentence}};
     if (live.least < live.most) {
       double most = live.most;
-      while (live.name == "level" && most > 0.0 && (begun.leaves >> static_cast<int>(most)) < kFewestControls)
-        most -= 1;
+      while (live.name == "level" && most > 0.0 && is_too_coarse(most, begun)) most -= 1;
       one.update({{"type", key.items > 1 ? "numbers" : live.whole ? "whole" : "number"}, {"unit", live.unit}});
       one.update({{"least", live.least}, {"most", most}});
     } else {
       one.update({{"type", "choice"}, {"choices", words_of(key)}});
     }
-    one["default"] = own.at(std::string(live.name));
+    one["default"] = json_of(*value, live);
     list.push_back(one);
   }
   return list;
@@ -112,94 +182,43 @@ ordered_json live_scene(const Model& model, const TriangleMesh& surface, const L
   return scene;
 }
 
-std::string change(const Set& changes, LiveSettings& settings) {
-  if (changes.internal_force_N && !settings.internal_force_N) return "internal_force_N needs a scene with control";
-  if ((changes.kernel || changes.level) && !settings.kernel) return "kernel and level need deformable fingertips";
-  if (changes.level && (settings.leaves >> *changes.level) < kFewestControls) {
-    return "level leaves a fingertip fewer than 8 control points";
-  }
-  if ((changes.asked_N_per_m || changes.asked_Nm_per_rad) && !settings.asked_N_per_m) {
-    return "asked_N_per_m and asked_Nm_per_rad need a scene with control.muscles.object_stiffness";
-  }
-  if (changes.around_friction && !settings.around_friction) {
-    return "around_friction needs a scene with an environment whose bodies have the same friction";
-  }
-  if (changes.around_m_per_N && !settings.around_m_per_N) return "around_m_per_N needs a scene with an environment";
+std::string change(const Set& set, LiveSettings& settings) {
+  if (std::string refusal = refusal_of(set.changes, settings); !refusal.empty()) return refusal;
   LiveSettings changed = settings;
-  replace(changes.friction, changed.friction);
-  if (changes.friction) changed.friction_steps = false;
-  replace(changes.tolerance, changed.tolerance);
-  replace(changes.max_sweeps, changed.max_sweeps);
-  replace(changes.contact_Hz, changed.contact_Hz);
-  replace(changes.control_Hz, changed.control_Hz);
-  replace(changes.delay_periods, changed.delay_periods);
-  if (changes.internal_force_N) changed.internal_force_N = changes.internal_force_N;
-  if (changes.level) changed.level = changes.level;
-  if (changes.asked_N_per_m) changed.asked_N_per_m = changes.asked_N_per_m;
-  if (changes.asked_Nm_per_rad) changed.asked_Nm_per_rad = changes.asked_Nm_per_rad;
-  if (changes.around_friction) changed.around_friction = changes.around_friction;
-  if (changes.around_m_per_N) changed.around_m_per_N = changes.around_m_per_N;
-  if (changes.kernel) {
-    changed.kernel = *changes.kernel == "gaussian" ? PulpKernel::kGaussian : PulpKernel::kBoussinesq;
+  for (const auto& [name, value] : set.changes) changed.values.insert_or_assign(name, value);
+  if (set.changes.contains("friction")) changed.friction_steps = false;
+  if (changed.number("control_Hz") > (1.0 + 1e-9) * changed.number("contact_Hz")) {
+    return "control_Hz must not be more than contact_Hz";
   }
-  if (changed.control_Hz > (1.0 + 1e-9) * changed.contact_Hz) return "control_Hz must not be more than contact_Hz";
   settings = changed;
   return "";
 }
 
 LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, LiveSettings begun) {
-  Set changes;
-  const auto add = [](const auto& from, const auto& to, auto& wish) {
-    if (to != from) wish = to;
-  };
-  // What takes the place of the task's steps may be the value that was there.
-  if (now.friction != before.friction || now.friction_steps != before.friction_steps) changes.friction = now.friction;
-  add(before.tolerance, now.tolerance, changes.tolerance);
-  add(before.max_sweeps, now.max_sweeps, changes.max_sweeps);
-  add(before.contact_Hz, now.contact_Hz, changes.contact_Hz);
-  add(before.control_Hz, now.control_Hz, changes.control_Hz);
-  add(before.delay_periods, now.delay_periods, changes.delay_periods);
-  add(before.internal_force_N, now.internal_force_N, changes.internal_force_N);
-  add(before.level, now.level, changes.level);
-  add(before.asked_N_per_m, now.asked_N_per_m, changes.asked_N_per_m);
-  add(before.asked_Nm_per_rad, now.asked_Nm_per_rad, changes.asked_Nm_per_rad);
-  add(before.around_friction, now.around_friction, changes.around_friction);
-  add(before.around_m_per_N, now.around_m_per_N, changes.around_m_per_N);
-  if (now.kernel && now.kernel != before.kernel) changes.kernel = name_of(*now.kernel);
-  (void)change(changes, begun);
+  Set set;
+  for (const auto& [name, value] : now.values) {
+    // What takes the place of the task's steps may be the value that was there.
+    const bool ends_steps = name == "friction" && now.friction_steps != before.friction_steps;
+    if (ends_steps || before.value(name) != value) set.changes.emplace(name, value);
+  }
+  (void)change(set, begun);
   return begun;
 }
 
 void apply(const LiveSettings& now, const LiveSettings& settings, Scene& scene) {
-  scene.contact.friction = settings.friction;
   if (!settings.friction_steps) scene.task.friction.clear();
-  scene.contact.tolerance = settings.tolerance;
-  scene.contact.max_sweeps = settings.max_sweeps;
-  // Rates go through a reciprocal: what has not changed stays as it is, to the last bit.
-  if (settings.contact_Hz != now.contact_Hz) scene.step_s = 1.0 / settings.contact_Hz;
-  if (settings.control_Hz != now.control_Hz) scene.control_period_s = 1.0 / settings.control_Hz;
-  if (settings.control_Hz != now.control_Hz || settings.delay_periods != now.delay_periods) {
-    scene.control_delay_s = settings.delay_periods * scene.control_period_s;
-  }
-  if (settings.internal_force_N && settings.internal_force_N != now.internal_force_N) {
-    scene.control->internal_force_N = *settings.internal_force_N;
-  }
-  if (settings.around_friction) {
-    for (EnvironmentBody& body : scene.environment->bodies) body.friction = *settings.around_friction;
-  }
-  if (settings.around_m_per_N) scene.environment->compliance_m_per_N = *settings.around_m_per_N;
-  if (settings.asked_N_per_m) {
-    ObjectStiffness& asked = *scene.control->muscles->object_stiffness;
-    asked.translation_N_per_m = *settings.asked_N_per_m;
-    asked.rotation_Nm_per_rad = *settings.asked_Nm_per_rad;
-  }
+  visit_live(scene, [&](const LiveKey& live, const LiveValue& value) {
+    const std::optional<LiveValue> next = settings.value(live.name);
+    return next && next != now.value(live.name) ? *next : value;
+  });
 }
 
 void apply(const LiveSettings& now, const LiveSettings& settings, Model& model) {
+  const std::optional<int> level = model.scene.contact.level;
   apply(now, settings, model.scene);
-  if (settings.kernel != now.kernel || settings.level != now.level) {
-    set_fingertips(model, *settings.kernel, *settings.level);
-  }
+  model.scene.contact.level = level;  // What the scene asked for; the model's own is set below.
+  if (same_fingertips(settings, now)) return;
+  set_fingertips(model, model.scene.fingertips->material.kernel, static_cast<int>(settings.number("level")));
 }
 
 }  // namespace thenar::window

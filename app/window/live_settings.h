@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "app/window/message.h"
 #include "collision/triangle_mesh.h"
@@ -10,18 +11,16 @@
 
 namespace thenar::window {
 
-/// What of a running scene can be changed. Nothing: the scene has no such thing.
+/// What of a running scene can be changed: the keys of its description that have a LiveKey (engine/scenes/keys.h).
 struct LiveSettings {
-  double friction = 0.0, tolerance = 0.0, contact_Hz = 0.0, control_Hz = 0.0;
+  LiveValues values;            ///< Of those that the scene has.
   bool friction_steps = false;  ///< The task changes friction at its own times, until somebody sets it.
-  int max_sweeps = 0, delay_periods = 0;
-  std::optional<double> internal_force_N;
-  std::optional<thenar::PulpKernel> kernel;
-  std::optional<int> level;
-  std::optional<Eigen::Vector3d> asked_N_per_m, asked_Nm_per_rad;  ///< Of a scene that chooses a stiffness.
-  std::optional<double> around_friction;  ///< Of an environment whose bodies all have the same.
-  std::optional<double> around_m_per_N;   ///< Compliance of the environment.
-  Eigen::Index leaves = 0;                ///< Of a fingertip; stays.
+  Eigen::Index leaves = 0;      ///< Of a fingertip; stays.
+
+  /// The value of a LiveKey's name; nothing: the scene does not have it.
+  [[nodiscard]] std::optional<LiveValue> value(std::string_view name) const;
+  /// The number of a LiveKey's name. Requires that the scene has it, and that it is a number.
+  [[nodiscard]] double number(std::string_view name) const;
 
   [[nodiscard]] bool operator==(const LiveSettings&) const = default;
 };
@@ -39,7 +38,12 @@ struct Wanted {
   [[nodiscard]] bool operator==(const Wanted&) const = default;
 };
 
+/// Whether kernel and level of the fingertips are alike.
 [[nodiscard]] bool same_fingertips(const LiveSettings& a, const LiveSettings& b);
+/// Gives `to` kernel and level of `from`, the settings of the same scene.
+void copy_fingertips(const LiveSettings& from, LiveSettings& to);
+
+/// The settings that a model has. Its level is the one that it was made with, also where the scene leaves the choice.
 [[nodiscard]] LiveSettings live_settings(const thenar::Model& model);
 /// As a status message has them.
 [[nodiscard]] nlohmann::ordered_json settings_json(const LiveSettings& settings);
@@ -52,13 +56,13 @@ struct Wanted {
                                                 const LiveSettings& begun);
 
 /// Makes the changes, or says why they cannot be made; then none is.
-[[nodiscard]] std::string change(const Set& changes, LiveSettings& settings);
+[[nodiscard]] std::string change(const Set& set, LiveSettings& settings);
 
 /// The settings of a scene that begins with `begun`, and with what somebody changed from `before` to `now` while it was
 /// being made: all of that, or nothing if the scene cannot have it.
 [[nodiscard]] LiveSettings carried_over(const LiveSettings& before, const LiveSettings& now, LiveSettings begun);
 
-/// Writes into the scene, whose settings are `now`, what differs from them; but for kernel and level.
+/// Writes into the scene, whose settings are `now`, what differs from them. All else stays as it is, to the last bit.
 void apply(const LiveSettings& now, const LiveSettings& settings, thenar::Scene& scene);
 
 /// Writes into the model, whose settings are `now`, what differs from them.

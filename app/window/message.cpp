@@ -7,7 +7,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -30,35 +29,43 @@ class Keys {
  public:
   explicit Keys(const json& message) : message_(message) {}
 
-  double number(const char* key, double low, double high) { return number_of(find(key, true), key, low, high); }
-  std::optional<double> number_or_none(const char* key, double low, double high) {
+  double number(std::string_view key, double low, double high) { return number_of(find(key, true), key, low, high); }
+  std::optional<double> number_or_none(std::string_view key, double low, double high, bool is_whole = false) {
     const json* const value = find(key, false);
-    return value == nullptr ? std::nullopt : std::optional(number_of(value, key, low, high));
+    if (value == nullptr) return std::nullopt;
+    const double number = number_of(value, key, low, high);
+    if (is_whole && number != std::floor(number)) refuse(fmt::format("{} must be a whole number", key));
+    return number;
   }
-  std::optional<int> whole_or_none(const char* key, int low, int high) {
-    const std::optional<double> value = number_or_none(key, low, high);
-    if (!value) return std::nullopt;
-    if (*value != std::floor(*value)) refuse(fmt::format("{} must be a whole number", key));
-    return static_cast<int>(*value);
+  std::optional<int> whole_or_none(std::string_view key, int low, int high) {
+    const std::optional<double> value = number_or_none(key, low, high, true);
+    return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+  }
+  /// What a key of a scene is to be that messages call by its live name.
+  std::optional<LiveValue> live_or_none(const thenar::Key& row) {
+    const thenar::LiveKey& live = row.live;
+    if (row.items > 1) return vector_or_none(live.name, live.least, live.most);
+    if (live.least < live.most) return number_or_none(live.name, live.least, live.most, live.whole);
+    return one_of(live.name, words_of(row));
   }
 
-  int whole(const char* key, int low, int high) {
+  int whole(std::string_view key, int low, int high) {
     const std::optional<int> value = whole_or_none(key, low, high);
     if (!value) refuse(fmt::format("{} is missing", key));
     return value.value_or(low);
   }
 
   /// Three numbers, each within +-limit.
-  Vector3d vector(const char* key, double limit) {
+  Vector3d vector(std::string_view key, double limit) {
     const json* const list = find(key, true);
     return list == nullptr ? Vector3d::Zero() : three_of(*list, key, -limit, limit);
   }
-  std::optional<Vector3d> vector_or_none(const char* key, double low, double high) {
+  std::optional<Vector3d> vector_or_none(std::string_view key, double low, double high) {
     const json* const list = find(key, false);
     return list == nullptr ? std::nullopt : std::optional(three_of(*list, key, low, high));
   }
   /// Three numbers whose length is at most `limit`. Who sends a vector just as long may have rounded it up: it is cut.
-  Vector3d vector_within(const char* key, double limit, const char* unit) {
+  Vector3d vector_within(std::string_view key, double limit, const char* unit) {
     const Vector3d value = vector(key, std::numeric_limits<double>::max());
     const double length = value.norm();
     if (length <= limit) return value;
@@ -66,10 +73,10 @@ class Keys {
     return value * ((1.0 - kRounding) * limit / length);
   }
 
-  std::optional<std::string> one_of(const char* key, const std::vector<std::string>& values) {
+  std::optional<std::string> one_of(std::string_view key, const std::vector<std::string_view>& values) {
     const json* const value = find(key, false);
     if (value == nullptr) return std::nullopt;
-    if (value->is_string() && std::find(values.begin(), values.end(), *value) != values.end()) return *value;
+    if (value->is_string() && std::ranges::find(values, value->get<std::string>()) != values.end()) return *value;
     refuse(fmt::format("{} must be {}", key, fmt::join(values, " or ")));
     return std::nullopt;
   }
@@ -89,15 +96,15 @@ class Keys {
   }
 
  private:
-  const json* find(const char* key, bool needed) {
-    asked_.insert(key);
+  const json* find(std::string_view key, bool needed) {
+    asked_.emplace(key);
     const auto place = message_.find(key);
     if (place != message_.end()) return &*place;
     if (needed) refuse(fmt::format("{} is missing", key));
     return nullptr;
   }
 
-  double number_of(const json* value, const char* key, double low, double high) {
+  double number_of(const json* value, std::string_view key, double low, double high) {
     if (value == nullptr) return low;
     if (!value->is_number()) {
       refuse(fmt::format("{} must be a number", key));
@@ -109,7 +116,7 @@ class Keys {
     return low;
   }
 
-  Vector3d three_of(const json& list, const char* key, double low, double high) {
+  Vector3d three_of(const json& list, std::string_view key, double low, double high) {
     Vector3d value = Vector3d::Zero();
     if (!list.is_array() || list.size() != 3) {
       refuse(fmt::format("{} must be three numbers", key));
@@ -124,38 +131,13 @@ class Keys {
   std::string refusal_;
 };
 
-/// The ranges are those of the table of keys.
+/// All keys of a scene that can be changed while it runs, in the ranges of the table of keys.
 Set read_set(Keys& keys) {
-  const auto row = [](const char* name) -> const thenar::Key& {
-    const thenar::Key* const key = thenar::find_live_key(thenar::scene_keys(), name);
-    if (key == nullptr) throw std::logic_error(fmt::format("no key of a scene is changed by '{}'", name));
-    return *key;
-  };
-  const auto number = [&](const char* name) {
-    return keys.number_or_none(name, row(name).live.least, row(name).live.most);
-  };
-  const auto whole = [&](const char* name) {
-    const thenar::LiveKey& live = row(name).live;
-    return keys.whole_or_none(name, static_cast<int>(live.least), static_cast<int>(live.most));
-  };
-  const auto three = [&](const char* name) {
-    return keys.vector_or_none(name, row(name).live.least, row(name).live.most);
-  };
-  const std::vector<std::string_view> kernels = words_of(row("kernel"));
   Set set;
-  set.friction = number("friction");
-  set.internal_force_N = number("internal_force_N");
-  set.tolerance = number("tolerance");
-  set.contact_Hz = number("contact_Hz");
-  set.control_Hz = number("control_Hz");
-  set.around_friction = number("around_friction");
-  set.around_m_per_N = number("around_m_per_N");
-  set.max_sweeps = whole("max_sweeps");
-  set.delay_periods = whole("delay_periods");
-  set.level = whole("level");
-  set.asked_N_per_m = three("asked_N_per_m");
-  set.asked_Nm_per_rad = three("asked_Nm_per_rad");
-  set.kernel = keys.one_of("kernel", {kernels.begin(), kernels.end()});
+  for (const thenar::Key& row : thenar::scene_keys()) {
+    if (row.live.name.empty()) continue;
+    if (std::optional<LiveValue> value = keys.live_or_none(row)) set.changes.emplace(row.live.name, *std::move(value));
+  }
   return set;
 }
 

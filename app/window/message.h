@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,12 +48,14 @@ struct Take {
 
   [[nodiscard]] bool operator==(const Take&) const = default;
 };
-/// Changes of the scene; nothing: stays as it is.
+/// What a key of a scene that can be changed while it runs is or is to be, in the unit of its LiveKey: a number, three
+/// of them, or the word of a choice.
+using LiveValue = std::variant<double, Eigen::Vector3d, std::string>;
+/// Values by the names of their LiveKeys.
+using LiveValues = std::map<std::string, LiveValue, std::less<>>;
+/// Changes the scene; what is not named stays as it is.
 struct Set {
-  std::optional<double> friction, internal_force_N, tolerance, contact_Hz, control_Hz, around_friction, around_m_per_N;
-  std::optional<int> max_sweeps, delay_periods, level;
-  std::optional<std::string> kernel;
-  std::optional<Eigen::Vector3d> asked_N_per_m, asked_Nm_per_rad;
+  LiveValues changes;
 };
 
 using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set, Find,

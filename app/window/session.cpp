@@ -72,6 +72,7 @@ struct Session::Impl {
   void show_scene();
   void show_status(bool running);
   [[nodiscard]] bool is_watched() const { return display->pages() > 0; }
+  [[nodiscard]] int delay_periods() const { return static_cast<int>(heeded.settings.number("delay_periods")); }
   /// Between two runs.
   [[nodiscard]] double time_s() const { return static_cast<double>(grasp->state().tick) * model.scene.step_s; }
 
@@ -253,8 +254,7 @@ void Session::Impl::heed_wanted() {
   now.steps = now.paused ? std::min(now.steps + heeded.steps, 100) : 0;
   scene_waits = !scene_due && (now.take || !same_fingertips(now.settings, heeded.settings));
   if (!scene_due) {
-    now.settings.kernel = heeded.settings.kernel;
-    now.settings.level = heeded.settings.level;
+    copy_fingertips(heeded.settings, now.settings);
     now.take.reset();
   }
   const LiveSettings before = std::exchange(heeded, now).settings;
@@ -289,7 +289,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
   const bool other_fingertips = !same_fingertips(wished, before);
   if (other_fingertips) scene_due_ns = steady_now_ns() + kSceneRest_ns;
   std::optional<Model> old;
-  if (other_fingertips || wished.contact_Hz != before.contact_Hz) old = model;
+  if (other_fingertips || wished.value("contact_Hz") != before.value("contact_Hz")) old = model;
   apply(before, wished, model);
   if (old) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
@@ -301,7 +301,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
   }
   verdict.renew_warnings();
   grasp->heed_scene();
-  grasp->hold_frames_back(wished.delay_periods);
+  grasp->hold_frames_back(delay_periods());
   if (other_fingertips && display != nullptr) show_scene();
   if (other_fingertips && film) film->file.add_scene(model, time_s());
   telemetry.set_reference(kNotMeasured, kNotMeasured);
@@ -312,7 +312,7 @@ void Session::Impl::reset() {
   inputs.take();
   hands.reset(inputs.current());
   grasp = std::make_unique<SplitGrasp>(model);
-  grasp->hold_frames_back(heeded.settings.delay_periods);
+  grasp->hold_frames_back(delay_periods());
   live = std::make_unique<LiveContact>(model, inputs, hands);
   if (film) film->follow(model, *live);
   telemetry = Telemetry();
@@ -455,9 +455,9 @@ void Session::Impl::show(const Picture& picture, TickRecord tick, const Eigen::V
 void Session::Impl::show_still() {
   State state = grasp->state();
   // A grasp that has not made a tick knows its contacts' forces, but not yet where they are.
-  if (grasp->workspace().sequence < 0) state.forces.clear();
+  if (grasp->memory().sequence < 0) state.forces.clear();
   Picture picture(model);
-  take_picture(state, grasp->workspace(), picture);
+  take_picture(state, grasp->memory(), grasp->scratch(), picture);
   picture.pull = hands.pull();
   if (is_watched()) show(picture, last_tick, pairing.in_use().muscle_forces_N);
   if (film) film->file.add(picture, last_tick, pairing.in_use().muscle_forces_N);

@@ -74,7 +74,7 @@ std::vector<LoadedPoint> loaded_points(const Model& model, const GraspRun& run) 
   std::vector<LoadedPoint> points;
   const Eigen::Isometry3d X_OW = run.state.X_WO.inverse();
   for (Eigen::Index i = 0; i < run.frame.size(); ++i) {
-    const Eigen::Vector3d f = run.work.f.segment<3>(3 * i);
+    const Eigen::Vector3d f = run.memory.f.segment<3>(3 * i);
     if (!(f[0] > 0.0)) continue;
     const FrameContact& contact = run.frame.contacts[i];
     const Eigen::Vector3d p_F = contact.p_F - displacement(run.state, contact);

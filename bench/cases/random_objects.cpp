@@ -105,11 +105,12 @@ bool holds(Model model, double friction) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   PerFinger<double> slid_m(model.fingers());
   for (int tick = 0; tick < std::lround(1.0 / model.scene.step_s); ++tick) {
     if (control_tick(model, state, controller, frame).grasp != GraspStatus::kOptimal) return false;
-    const TickReport report = contact_tick(model, frame, work, state);
+    const TickReport report = contact_tick(model, frame, memory, work, state);
     for (int k = 0; k < model.fingers(); ++k) {
       const PatchReport& patch = report.patch[k];
       if (patch.sliding_share > 0.99) slid_m[k] += patch.slip_m;

@@ -39,7 +39,7 @@ SceneProblems scene_problems(const std::string& scene, const std::vector<std::st
     (void)run.tick();
     if (now_s < moments.from_s + taken * every_s || !run.controlled) continue;
     ++taken;
-    const ContactWorkspace& work = run.work;
+    const ContactScratch& work = run.work;
     problems.contacts.push_back({contact_problem_file(model, run.frame, work),
                                  copy_of(delassus_operator(model, run.frame, work.kinematics, work.mobility))});
     if (!model.scene.control) continue;

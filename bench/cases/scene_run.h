@@ -17,7 +17,10 @@ struct OwnModel {
 struct Loop : OwnModel, GraspRun {
   explicit Loop(Model m) : OwnModel{std::move(m)}, GraspRun(OwnModel::model) {}
   explicit Loop(Scene scene) : Loop(build_model(std::move(scene))) {}
-  Loop(const Loop& other) : OwnModel(other), GraspRun(OwnModel::model) { go_on_as(other); }
+  Loop(const Loop& other) : OwnModel(other), GraspRun(OwnModel::model) {
+    go_on_as(other);
+    work = other.work;
+  }
 
   void run(double duration_s) {
     const auto end = state.tick + std::lround(duration_s / model.scene.step_s);

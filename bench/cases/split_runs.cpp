@@ -34,7 +34,8 @@ Path run_in_one_loop(const Model& model, State& state, double from_s, double unt
   Path path(scene, state, from_s);
   Frame frame(model);
   Controller controller(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   std::deque<std::pair<std::int64_t, JointVector>> drives;  // and from when on
   Stopwatch wall;
   for (std::int64_t sequence = 0; state.tick < end; ++sequence) {
@@ -52,7 +53,7 @@ Path run_in_one_loop(const Model& model, State& state, double from_s, double unt
     frame.sequence = sequence;
     while (drives.size() > 1 && drives[1].first <= state.tick) drives.pop_front();
     frame.torque_Nm = drives.front().second;
-    path.add(state, contact_tick(model, frame, work, state));
+    path.add(state, contact_tick(model, frame, memory, work, state));
   }
   path.wall_s = wall.lap();
   return path;
@@ -63,7 +64,7 @@ Path run_split(const Model& model, const State& state, double from_s, double unt
   Path path(model.scene, state, from_s);
   GraspRun loops(model, LockstepSettings{});
   loops.state = state;
-  if (!offset) loops.work.policy.offset_decay_s = 0.0;
+  if (!offset) loops.memory.policy.offset_decay_s = 0.0;
   Stopwatch wall;
   while (loops.state.tick < end) {
     const TickReport tick = loops.tick();

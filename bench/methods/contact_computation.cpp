@@ -26,6 +26,7 @@ double published_us(Index contacts) { return contacts <= 15 ? 6000.0 : contacts 
 ContactRun::ContactRun(Index contacts, int max_sweeps)
     : recorded_(with_sweeps(RecordedTicks(contacts), max_sweeps)),
       frame_(recorded_.model),
+      memory_(recorded_.model),
       work_(recorded_.model),
       displays_(recorded_.model.pulps.begin(), recorded_.model.pulps.end()),
       now_(recorded_.ticks.front()) {}
@@ -33,10 +34,10 @@ ContactRun::ContactRun(Index contacts, int max_sweeps)
 ContactComputation ContactRun::tick() {
   if (ticks_++ % recorded_.ticks.size() == 0) {
     now_ = recorded_.ticks.front();
-    work_ = ContactWorkspace(recorded_.model);
+    memory_ = ContactMemory(recorded_.model);
   }
   const ControlReport control = control_tick(recorded_.model, now_.state, now_.controller, frame_);
-  const TickReport contact = contact_tick(recorded_.model, frame_, work_, now_.state);
+  const TickReport contact = contact_tick(recorded_.model, frame_, memory_, work_, now_.state);
   Stopwatch watch;
   double shown = 0.0;  // Read, so that it is not left out.
   for (std::size_t k = 0; k < displays_.size(); ++k) shown += displays_[k].displace(now_.state.u_m[k])(0, 0);
@@ -54,7 +55,7 @@ Workload ContactRun::workload() const {
   for (std::size_t k = 0; k + 1 < frame_.begin.size(); ++k) {
     const auto own = static_cast<double>(frame_.begin[k + 1] - frame_.begin[k]);
     double loaded = 0.0;
-    for (Index i = frame_.begin[k]; i < frame_.begin[k + 1]; ++i) loaded += work_.f[3 * i] > 0.0 ? 1.0 : 0.0;
+    for (Index i = frame_.begin[k]; i < frame_.begin[k + 1]; ++i) loaded += memory_.f[3 * i] > 0.0 ? 1.0 : 0.0;
     w.loaded += loaded;
     w.pairs += own * own;
     w.loaded_pairs += own * loaded;
@@ -69,10 +70,10 @@ double ContactRun::force_error() const {
   const ContactData problem{dense_delassus(recorded_.model, frame_, work_.kinematics, work_.mobility),
                             work_.delta_free.head(rows), work_.mu.head(contacts)};
   AccurateWorkspace accurate(contacts);
-  Eigen::VectorXd f = work_.f.head(rows), delta(rows);
+  Eigen::VectorXd f = memory_.f.head(rows), delta(rows);
   const AccurateReport report = solve_contacts_accurately(problem, {.tolerance = 1e-12}, accurate, {f, delta});
   if (report.solve.residual > 1e-10) return std::numeric_limits<double>::quiet_NaN();
-  return (work_.f.head(rows) - f).norm() / f.norm();
+  return (memory_.f.head(rows) - f).norm() / f.norm();
 }
 
 double ContactRun::hertz_error() const {

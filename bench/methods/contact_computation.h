@@ -57,7 +57,8 @@ class ContactRun {
  private:
   RecordedTicks recorded_;
   Frame frame_;
-  ContactWorkspace work_;
+  ContactMemory memory_;
+  ContactScratch work_;
   std::vector<SurfaceDisplay> displays_;
   RecordedTick now_;
   std::size_t ticks_ = 0;

@@ -214,7 +214,6 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
     return report;
   }
   if (penalty) stretch_springs(frame, dq, dx);
-  note_points(frame, now_, state, f_, patches_);
   state.q += dq;
   state.X_WO.translation() += dx.head<3>();
   const Vector3d turn = dx.tail<3>();
@@ -223,7 +222,7 @@ TickReport PlainTick::tick(const Frame& frame, State& state) {
   for (int k = 0; k < model_.fingers() && !penalty; ++k)
     deform(model_, frame, now_, k, f_, motion_.surface_motion, loads_, state);
   forward_kinematics(model_.scene.hand, state.q, pose_);
-  find_displacements(model_, frame, now_, pose_, state, patches_);
+  find_displacements(model_, frame, now_, pose_, state, f_, patches_);
   for (int k = 0; k < model_.fingers(); ++k) {
     report.patch[k] =
         patch_report(patches_.of_finger(k), state.load[k], model_.scene.contact.friction, model_.scene.step_s);

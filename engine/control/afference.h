@@ -32,6 +32,12 @@ class Afference {
   /// Returns the newest that is no newer than `tick`, or the oldest if there is none.
   [[nodiscard]] const Sensed& at(std::int64_t tick) const;
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(past_, count_);
+  }
+
  private:
   std::vector<Sensed> past_;  ///< A ring buffer.
   std::size_t count_ = 0;     ///< Number of snapshots added.

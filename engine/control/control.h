@@ -30,6 +30,12 @@ class PosePid {
   /// Restarts with these gains.
   void restart(const PidGains& position, const PidGains& rotation) { *this = PosePid(position, rotation); }
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(position_, rotation_, integral_, last_error_, started_);
+  }
+
  private:
   PidGains position_, rotation_;
   Vector6d integral_ = Vector6d::Zero();
@@ -59,6 +65,12 @@ class ForceFilter {
 
   /// Returns y [m, world axes] for the force errors of the period, per finger.
   FingerForces update(const PerFinger<GraspContact>& contacts, const FingerForces& error, double period_s);
+
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(stiffness_, relaxation_s_, y_C_);
+  }
 
  private:
   Eigen::Vector3d stiffness_;       ///< K_n, K_t, K_t [N/m].

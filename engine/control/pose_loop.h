@@ -34,6 +34,12 @@ class Swings {
   /// Adds the object's present error, along three axes [m] and as an angle [rad]; returns a growing swing.
   std::optional<Swing> add(const Eigen::Vector3d& off_m, double off_rad);
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(courses_);
+  }
+
  private:
   struct Course {
     double far = 0.0, turned = 0.0;       ///< Extreme since the last reversal, and that reversal.
@@ -42,6 +48,11 @@ class Swings {
     int wider = 0;
     double first = 0.0;  ///< Last swing that was not wider.
     void add(double now, double least);
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(far, turned, way, last, one_before, wider, first);
+    }
   };
   std::array<Course, 4> courses_;
 };

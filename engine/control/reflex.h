@@ -48,6 +48,12 @@ class Reflex {
   ReflexReport update(const Model& model, const Sensed& felt, const Snapshot& now, const Eigen::VectorXd& asked_N,
                       double period_s);
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(margin_, delay_s_, fingers_, severity_, answers_slip_, pulse_from_s_, quiet_until_s_);
+  }
+
  private:
   /// State of one finger.
   struct Finger {
@@ -56,6 +62,11 @@ class Reflex {
     bool is_loaded = false;
     double pulse_N = 0.0;  ///< Rise of the grip force by the running pulse.
     double caught_N = 0.0, regulated_N = 0.0;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(friction, mean_N, is_loaded, pulse_N, caught_N, regulated_N);
+    }
   };
   static void feel_friction(const Touch& touch, double period_s, Finger& finger);
   /// An unexpected signal of a finger, and the grip force in response.

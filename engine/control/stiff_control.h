@@ -65,6 +65,12 @@ class StiffnessControl {
   /// Returns the rise of the internal force in this period.
   [[nodiscard]] double squeeze_N() const { return squeeze_N_; }
 
+  /// For an archive (engine/loops/archive.h), without what each look makes anew.
+  template <typename Archive>
+  void members(Archive& a) {
+    a(is_loaded_, wanted_, load_N_, last_, centre_m_, share_, waits_s_, squeeze_N_, X_WO_);
+  }
+
  private:
   void find_forces(double period_s, Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);
   [[nodiscard]] Matrix6d in_object(const Matrix6d& K_W) const;

@@ -72,6 +72,12 @@ class TaskRun {
   /// Returns the current phase; null before the first and after the last one.
   [[nodiscard]] const Phase* phase(const Scene& scene) const;
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(report_, arm_, frozen_, now_s_, second_, step_since_s_, met_since_s_, arm_from_m_, press_N_);
+  }
+
  private:
   void begin(const Model& model, const Snapshot& seen, int phase);
   [[nodiscard]] bool step(const Model& model, const HandPose& pose, const Snapshot& seen,

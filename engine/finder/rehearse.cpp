@@ -75,14 +75,15 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   SlideWatch slides(model);
   Rehearsal rehearsal;
   if (scene.control) rehearsal.reserve = std::max(0.0, 1.0 - scene.control->grasp_friction / scene.contact.friction);
   for (int t = 0; t < ticks; ++t) {
     if (!own_task) scene.task.push = push_at(scene, t * scene.step_s);
     const ControlReport control = control_tick(model, state, controller, frame);
-    const TickReport tick = contact_tick(model, frame, work, state);
+    const TickReport tick = contact_tick(model, frame, memory, work, state);
     if (t == rested) rehearsal.needed_friction = needed_friction(model, tick);
     rehearsal.trouble = slides.see(tick);
     if (scene.control && control.grasp != GraspStatus::kOptimal) rehearsal.trouble = "no grasp forces exist";

@@ -86,7 +86,7 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
     const Vector3d moved = surface_motion.segment<3>(3 * (begin + i));
     // Its columns are orthogonal; of a contact that fades the first one's length is what the gap grows by.
     if (frame.contacts[begin + i].fades()) E_F.col(0) /= E_F.col(0).squaredNorm();
-    work.u_m.col(i) = rho * u.row(c).transpose() + E_F * moved;
+    work.u_m.col(i) = rho * now.points[begin + i].u_F + E_F * moved;
     const Vector3d f_i = f.segment<3>(3 * (begin + i));
     if (f_i[0] <= 0.0) continue;
     const Vector3d mean(1.0, pulp.tangential, pulp.tangential);

@@ -13,7 +13,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 ContactKinematics::ContactKinematics(const Model& model)
-    : gap_m(model.max_contacts),
+    : X_WO(model.scene.object.X_WO),
+      X_FO(model.fingers(), Isometry3d::Identity()),
+      points(model.max_contacts),
+      gap_m(model.max_contacts),
       gap_unit(model.max_contacts),
       J_finger(3 * model.max_contacts, 4),
       J_mobile(3 * model.max_contacts, 4),
@@ -67,9 +70,9 @@ Matrix3d turned(const Matrix3d& E, const Vector3d& n) {
 
 /// It rubs across its normal n, as the frame has it; then the normal leans, towards where more of the cell is pressed,
 /// and the gap is in units of the new one.
-ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, const Vector3d& n_F,
-                 ContactKinematics& kinematics, Index i) {
-  const Vector3d lean_F = R_FO * contact.lean_O;
+ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_N, ContactKinematics& kinematics,
+                 Index i) {
+  const Vector3d &n_F = kinematics.points[i].gap.n_F, lean_F = R_FO * contact.lean_O;
   // f = lambda |v|, v = n + lambda lean: where the lean is all, |v| is a root, which geometric means find at once.
   double length = 1.0;
   for (int k = 0; k < 5; ++k) length = std::sqrt(length * (n_F + last_N / length * lean_F).norm());
@@ -80,7 +83,7 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
   const Vector3d v_F = n_F + lambda_N * lean_F;
   length = std::max(1e-6, v_F.norm());
   kinematics.gap_unit[i] = 1.0 / length;
-  kinematics.gap_m[i] = (kinematics.gap_m[i] + lambda_N * contact.lean_m_per_N) / length;
+  kinematics.gap_m[i] = (kinematics.points[i].gap.gap_m + lambda_N * contact.lean_m_per_N) / length;
   const Matrix3d across_n = turned(contact.E_F, n_F);
   ContactAxes axes{across_n, contact.E_F, across_n};
   axes.of_gap.col(0) = v_F / length;
@@ -89,45 +92,58 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
   return axes;
 }
 
-/// The gaps of finger k, and their normals as the first columns of E_F.
-void find_gaps(const Model& model, const Frame& frame, const State& state, int k, const Isometry3d& X_FO,
-               ContactKinematics& kinematics) {
-  // Each of these waits for roots and quotients of its own, but for no other one's.
-  for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-    const ContactGap gap = contact_gap(contact, X_FO, displacement(state, contact), u_O);
-    kinematics.gap_m[i] = gap.gap_m;
-    kinematics.gap_unit[i] = 1.0;
-    kinematics.E_F[i].col(0) = gap.n_F;
+}  // namespace
+
+ContactGap gap_at(const Model& model, const FrameContact& contact, const Isometry3d& X_FO, const State& state) {
+  return contact_gap(contact, X_FO, displacement(state, contact), object_displacement(model, state, contact));
+}
+
+void place_bodies(const Model& model, const HandPose& pose, const State& state, ContactKinematics& kinematics) {
+  kinematics.X_WO = state.X_WO;
+  for (int k = 0; k < model.fingers(); ++k) {
+    kinematics.X_FO[k] = pose.distal(model.scene.hand, k).inverse() * state.X_WO;
   }
 }
 
-}  // namespace
+void find_gaps(const Model& model, const Frame& frame, const State& state, ContactKinematics& kinematics) {
+  object_displacements(model, frame, state, kinematics.u_O);
+  // Each of these waits for roots and quotients of its own, but for no other one's.
+  for (Index i = 0; i < frame.size(); ++i) {
+    const FrameContact& contact = frame.contacts[i];
+    ContactPoint& point = kinematics.points[i];
+    point.u_F = displacement(state, contact);
+    point.u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
+    point.gap = contact_gap(contact, kinematics.X_FO[contact.finger], point.u_F, point.u_O);
+  }
+}
 
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics) {
-  object_displacements(model, frame, state, kinematics.u_O);
+  place_bodies(model, pose, state, kinematics);
+  find_gaps(model, frame, state, kinematics);
+  find_jacobians(model, frame, pose, state, kinematics);
+}
+
+void find_jacobians(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
+                    ContactKinematics& kinematics) {
   for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = model.scene.hand.fingertips[k];
     const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
-    const Isometry3d X_FO = X_WF.inverse() * state.X_WO;
-    find_gaps(model, frame, state, k, X_FO, kinematics);
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
       const FrameContact& contact = frame.contacts[i];
-      const Vector3d u_F = displacement(state, contact);
-      const Vector3d u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-      const Vector3d n_F = kinematics.E_F[i].col(0);
+      const ContactPoint& point = kinematics.points[i];
       const bool fades = contact.fades();
       ContactAxes axes;
       if (fades) {
-        axes = lean(contact, X_FO.linear(), last_normal_N(state, contact), n_F, kinematics, i);
+        axes = lean(contact, kinematics.X_FO[k].linear(), last_normal_N(state, contact), kinematics, i);
       } else {
-        axes.of_gap = axes_of(n_F, contact.E_F.col(1));
+        kinematics.gap_m[i] = point.gap.gap_m;
+        kinematics.gap_unit[i] = 1.0;
+        axes.of_gap = axes_of(point.gap.n_F, contact.E_F.col(1));
       }
       const Matrix3d& E_F = fades ? axes.of_pulp : axes.of_gap;
       const Matrix3d E_W = X_WF.linear() * axes.of_gap;
-      const Vector3d c_W = X_WF * (contact.p_F - u_F) + kinematics.gap_m[i] * E_W.col(0);
+      const Vector3d c_W = X_WF * (contact.p_F - point.u_F) + kinematics.gap_m[i] * E_W.col(0);
       const Vector3d r = c_W - state.X_WO.translation();
       kinematics.E_F[i] = E_F;
       kinematics.E_W[i] = E_W;
@@ -136,7 +152,7 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
         const Matrix3d E_O = state.X_WO.linear().transpose() * (X_WF.linear() * (fades ? axes.of_object : axes.of_gap));
         kinematics.E_O[i] = E_O;
         kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
-        kinematics.u_object_m.col(i) = E_O.transpose() * u_O;
+        kinematics.u_object_m.col(i) = E_O.transpose() * point.u_O;
       }
       kinematics.c_W[i] = c_W;
       Eigen::Matrix<double, 3, 4> J;

@@ -11,13 +11,25 @@
 
 namespace thenar {
 
+/// A contact's point, deformed as the state has it, and its gap there. Of one that leans, the frame's own gap.
+struct ContactPoint {
+  Eigen::Vector3d u_F;  ///< The pulp's displacement; distal frame.
+  Eigen::Vector3d u_O;  ///< A soft object's; object frame.
+  ContactGap gap;
+};
+
 /// A frame's contacts at one state: their gaps, and J_c, how the bodies' motion changes gaps and slips. Finger and
 /// object meet at the deformed finger point, where the force acts: with J_c taken elsewhere, it would not be the
 /// derivative of the gap, and contact would feed the bodies with energy.
 struct ContactKinematics {
   explicit ContactKinematics(const Model& model);
 
-  Eigen::VectorXd gap_m;  ///< Deformed; capacity.
+  // As place_bodies() and find_gaps() leave it:
+  Eigen::Isometry3d X_WO;             ///< The object.
+  PerFinger<Eigen::Isometry3d> X_FO;  ///< The same in each distal frame.
+  std::vector<ContactPoint> points;   ///< Capacity, as all below.
+  // And find_jacobians():
+  Eigen::VectorXd gap_m;
   /// What gap_m is over the frame's own gap: 1 but where a contact leans.
   Eigen::VectorXd gap_unit;
   GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
@@ -39,11 +51,22 @@ struct ContactKinematics {
   /// that fades.
   std::vector<Eigen::Matrix3d> E_O;
   GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T.
-  Eigen::MatrixX3d u_O;                  ///< u_o, object frame; capacity x 3.
+  Eigen::MatrixX3d u_O;                  ///< u_o as points have it, in columns; capacity x 3.
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 
-/// Computes all of it for the bodies as the state, and the pose of its hand, have them.
+/// The gap of a contact at a state, of this frame or another, with the object at X_FO.
+[[nodiscard]] ContactGap gap_at(const Model& model, const FrameContact& contact, const Eigen::Isometry3d& X_FO,
+                                const State& state);
+
+/// Says where the bodies are: as the state, and the pose of its hand, have them.
+void place_bodies(const Model& model, const HandPose& pose, const State& state, ContactKinematics& kinematics);
+/// Finds u and gap of each contact, for bodies that have been placed.
+void find_gaps(const Model& model, const Frame& frame, const State& state, ContactKinematics& kinematics);
+/// Computes the rest, for gaps that have been found.
+void find_jacobians(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
+                    ContactKinematics& kinematics);
+/// Computes all of it.
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                         ContactKinematics& kinematics);
 

@@ -51,9 +51,10 @@ bool is_finite(const TickInput& input) {
 }
 
 /// Whether the frame is too old, or the fingertips have since moved too far against the object for its contacts.
-bool must_hold(const Model& model, const Frame& frame, const State& state, const ContactWorkspace& work) {
-  if (!std::isfinite(work.policy.hold_after_s)) return false;
-  if (static_cast<double>(state.tick - frame.tick) * model.scene.step_s > work.policy.hold_after_s) return true;
+bool must_hold(const Model& model, const Frame& frame, const State& state, const ContactMemory& memory,
+               const ContactScratch& work) {
+  if (!std::isfinite(memory.policy.hold_after_s)) return false;
+  if (static_cast<double>(state.tick - frame.tick) * model.scene.step_s > memory.policy.hold_after_s) return true;
   for (int k = 0; k < model.fingers(); ++k) {
     const Fingertip& tip = model.scene.hand.fingertips[k];
     const Vector3d now_O = state.X_WO.inverse() * (work.pose.distal(model.scene.hand, k) * tip.centre_m);
@@ -64,13 +65,13 @@ bool must_hold(const Model& model, const Frame& frame, const State& state, const
 }
 
 /// Begins or ends a hold.
-void set_hold(bool held, const Frame& frame, ContactWorkspace& work, State& state) {
+void set_hold(bool held, const Frame& frame, ContactMemory& memory, State& state) {
   if (held) {
-    work.q_held = state.q;
-    work.torque_held_Nm = work.torque_Nm;
-    work.resumed_Nm.setZero();
+    memory.q_held = state.q;
+    memory.torque_held_Nm = memory.torque_Nm;
+    memory.resumed_Nm.setZero();
   } else {
-    work.resumed_Nm = work.torque_Nm - frame.torque_Nm;
+    memory.resumed_Nm = memory.torque_Nm - frame.torque_Nm;
   }
   state.held = held;
 }
@@ -134,24 +135,24 @@ void activate(const Model& model, const Frame& frame, State& state) {
   state.muscle_N = frame.muscle_N.array() + (state.muscle_N - frame.muscle_N).array() * (-steps.array()).exp();
 }
 
-Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, ContactWorkspace& work,
+Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, const HandPose& pose, ContactMemory& memory,
             const State& state) {
   const Scene& scene = model.scene;
   // Muscles that have stiffness hold a posture by themselves.
   const bool are_stiff = has_stiff_muscles(scene), held = state.held && !are_stiff;
-  Drive drive{frame.torque_Nm + work.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0),
+  Drive drive{frame.torque_Nm + memory.resumed_Nm, frame.wrench + wrench, mobility(scene, held ? kHoldStiffness : 0.0),
               PerFinger<JointMatrix>(are_stiff ? model.fingers() : 0)};
-  if (held) drive.torque = work.torque_held_Nm - kHoldStiffness * (state.q - work.q_held);
+  if (held) drive.torque = memory.torque_held_Nm - kHoldStiffness * (state.q - memory.q_held);
   if (scene.hand.slides) drive_slides(scene, static_cast<double>(state.tick) * scene.step_s, state.q, drive.torque);
-  work.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
-  work.torque_Nm = drive.torque;
+  memory.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
+  memory.torque_Nm = drive.torque;
   if (frame.muscle_N.size() > 0) let_muscles_act(model, frame, state.muscle_N, state.q, drive);
   // The points where weight and push act have turned with the object since the snapshot.
   const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
   const double now_s = model.loads_vary() ? static_cast<double>(state.tick) * scene.step_s : asked_s;
   drive.wrench += model.external_wrench(now_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
   if (scene.task.arm) {
-    drive.torque -= gravity_torques(scene.hand, work.pose, model.gravity(now_s) - model.gravity(asked_s));
+    drive.torque -= gravity_torques(scene.hand, pose, model.gravity(now_s) - model.gravity(asked_s));
   }
   if (const auto& spring = scene.task.spring) {
     const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
@@ -162,8 +163,8 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, Cont
   return drive;
 }
 
-void free_gaps_and_slips(const Model& model, const Frame& frame, const State& state, const RigidMotion& free,
-                         ContactWorkspace& work) {
+void free_gaps_and_slips(const Model& model, const Frame& frame, const RigidMotion& free, const ContactMemory& memory,
+                         ContactScratch& work) {
   const ContactKinematics& now = work.kinematics;
   const double rho_object =
       model.soft_object() ? retained_share(*model.scene.object.compliance, model.scene.step_s) : 0.0;
@@ -172,22 +173,22 @@ void free_gaps_and_slips(const Model& model, const Frame& frame, const State& st
     const Eigen::Vector4d dq_4 = dq.head<4>();
     const double rho = model.deformable() ? retained_share(model.pulps[k].material, model.scene.step_s) : 0.0;
     for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      const Vector3d back = (1.0 - rho) * (now.E_F[i].transpose() * displacement(state, frame.contacts[i]));
+      const Vector3d back = (1.0 - rho) * (now.E_F[i].transpose() * now.points[i].u_F);
       // Row by row: vectors that are put together from sums would be written in parts and read whole.
       for (int r = 0; r < 3; ++r) {
         const Index row = 3 * i + r;
         double delta = now.J_finger.row(row).dot(dq_4) + now.J_object.row(row).head<6>().dot(free.dx) - back[r];
         if (dq.size() > 4) delta += now.J_fifth[row] * dq[4];
         if (model.soft_object()) delta -= (1.0 - rho_object) * now.u_object_m(r, i);
-        if (r == 0) delta += now.gap_m[i] + now.gap_unit[i] * work.offset_m[i];
+        if (r == 0) delta += now.gap_m[i] + now.gap_unit[i] * memory.offset_m[i];
         work.delta_free[row] = delta;
       }
     }
   }
 }
 
-SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactWorkspace& work,
-                        const CommonGround* ground = nullptr) {
+SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDelassus& W, ContactMemory& memory,
+                        ContactScratch& work, const CommonGround* ground = nullptr) {
   // The residual of each tick moves bodies at rest a little, which at the tolerance injects more than 1 nW a contact.
   // Their forces change little, so that a few more sweeps reach a tenth of it; a moving grasp stops at the tolerance.
   constexpr double kShareOfFirst = 1e-2, kLeastShare = 0.1;
@@ -197,8 +198,8 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
                                      .share_of_first = kShareOfFirst,
                                      .least_share = kLeastShare};
   const GroupedContactProblem factored{W, work.delta_free.head(3 * n), work.mu.head(n), ground};
-  const ContactSolution solution{work.f.head(3 * n), work.delta.head(3 * n)};
-  return solve_contacts(factored, settings, work.solver, solution);
+  const ContactSolution solution{memory.f.head(3 * n), work.delta.head(3 * n)};
+  return solve_contacts(factored, settings, memory.solver, solution);
 }
 
 /// Inlined in both callers, so that the products of a tick are contracted as they are there.
@@ -221,38 +222,31 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
 
 /// How far the control points that the lists have no room for are in the object, at the state that the tick starts
 /// from.
-void report_left_out(const Model& model, const Frame& frame, const ContactWorkspace& work, const State& state,
+void report_left_out(const Model& model, const Frame& frame, const ContactKinematics& kinematics, const State& state,
                      TickReport& report) {
-  int finger = -1;
-  Isometry3d X_FO;
   for (const FrameContact& point : frame.left_out) {
-    if (point.finger != finger) {
-      finger = point.finger;
-      X_FO = work.pose.distal(model.scene.hand, finger).inverse() * state.X_WO;
-    }
-    const ContactGap gap =
-        contact_gap(point, X_FO, displacement(state, point), object_displacement(model, state, point));
-    report.left_out_m[finger] = std::max(report.left_out_m[finger], -point.covered * gap.gap_m);
+    const double gap_m = gap_at(model, point, kinematics.X_FO[point.finger], state).gap_m;
+    report.left_out_m[point.finger] = std::max(report.left_out_m[point.finger], -point.covered * gap_m);
   }
   for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
 }
 
-void report_contacts(const Frame& frame, const ContactWorkspace& work, TickReport& report) {
+void report_contacts(const Frame& frame, const ContactMemory& memory, const ContactScratch& work, TickReport& report) {
   report.contacts = frame.size();
   for (Index i = 0; i < frame.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
     const double unit = work.kinematics.gap_unit[i];
     report.penetration_m =
-        std::max(report.penetration_m, contact.covered * (work.offset_m[i] - work.delta[3 * i] / unit));
-    if (work.f[3 * i] <= 0.0) continue;
+        std::max(report.penetration_m, contact.covered * (memory.offset_m[i] - work.delta[3 * i] / unit));
+    if (memory.f[3 * i] <= 0.0) continue;
     ++report.active;
-    double work_J = work.f[3 * i] * (work.delta[3 * i] - unit * work.offset_m[i] - work.kinematics.gap_m[i]);
+    double work_J = memory.f[3 * i] * (work.delta[3 * i] - unit * memory.offset_m[i] - work.kinematics.gap_m[i]);
     if (contact.fades()) {
       // Its compliance changes with the bodies' motion, and what that takes or gives leans.
       report.ledger.deformation_J -= work_J;
       work_J = 0.0;
     }
-    work_J += work.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
+    work_J += memory.f.segment<2>(3 * i + 1).dot(work.delta.segment<2>(3 * i + 1));
     (work_J > 0.0 ? report.ledger.injected_J : report.ledger.dissipated_J) += std::abs(work_J);
     report.injected_J[frame.contacts[i].finger] += std::max(0.0, work_J);
   }
@@ -260,37 +254,37 @@ void report_contacts(const Frame& frame, const ContactWorkspace& work, TickRepor
 
 /// The forces of contact and of the joints' stops, and how they and the drive move the bodies.
 RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& drive, const State& state,
-                         ContactWorkspace& work, TickReport& report) {
+                         ContactMemory& memory, ContactScratch& work, TickReport& report) {
   constexpr int kMostSolves = 8;  // Bounds the time of a tick in which many joints meet their stops.
   constexpr int kMostLooks = 3;
   const Hand& hand = model.scene.hand;
-  work.stops.released.fill(false);
+  memory.stops.released.fill(false);
   RigidMotion motion;
-  std::optional<CommonGround> ground = ground_of(model, drive.mobility, drive.wrench, work);
+  std::optional<CommonGround> ground = ground_of(model, drive.mobility, drive.wrench, work.environment);
   for (int solves = 1, looks = 1;; ++solves) {
     work.mobility = drive.mobility;
-    stop_joints(hand, work.stops, model.scene.step_s, work.mobility);
+    stop_joints(hand, memory.stops, model.scene.step_s, work.mobility);
     set_shares(model, frame, work.mobility, work.kinematics);
     const GroupedDelassus W = delassus_operator(model, frame, work.kinematics, work.mobility);
     motion = viscous_motion(hand, drive.mobility, drive.torque, drive.wrench);
-    move_to_stops(hand, work.stops, state.q, model.scene.step_s, work.mobility, drive.torque, motion.dq);
+    move_to_stops(hand, memory.stops, state.q, model.scene.step_s, work.mobility, drive.torque, motion.dq);
     if (hand.slides) {
       follow_paths(model.scene, static_cast<double>(state.tick + 1) * model.scene.step_s, state.q, motion.dq);
     }
-    free_gaps_and_slips(model, frame, state, motion, work);
-    work.f_first.head(3 * frame.size()) = work.f.head(3 * frame.size());
-    report.solve = find_forces(model, frame, W, work, ground ? &*ground : nullptr);
-    add_joint_motion(hand, work.mobility, work.solver, motion.dq);
-    motion.dx += work.solver.common_motion.head<6>();
-    report.stop_Nm = stop_torques(hand, work.stops, frame, work.kinematics, model.scene.step_s, drive.mobility,
-                                  drive.torque, motion.dq, work.f);
-    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, work.stops)) {
+    free_gaps_and_slips(model, frame, motion, memory, work);
+    work.f_first.head(3 * frame.size()) = memory.f.head(3 * frame.size());
+    report.solve = find_forces(model, frame, W, memory, work, ground ? &*ground : nullptr);
+    add_joint_motion(hand, work.mobility, memory.solver, motion.dq);
+    motion.dx += memory.solver.common_motion.head<6>();
+    report.stop_Nm = stop_torques(hand, memory.stops, frame, work.kinematics, model.scene.step_s, drive.mobility,
+                                  drive.torque, motion.dq, memory.f);
+    if (!change_stops(hand, state.q, motion.dq, report.stop_Nm, memory.stops)) {
       if (!ground || looks == kMostLooks || solves == kMostSolves ||
-          !look_again(model, drive.mobility, drive.wrench, state, motion.dx, work)) {
+          !look_again(model, drive.mobility, drive.wrench, state, motion.dx, memory, work)) {
         return motion;
       }
       ++looks;
-      ground = ground_of(model, drive.mobility, drive.wrench, work);
+      ground = ground_of(model, drive.mobility, drive.wrench, work.environment);
     }
     if (solves == kMostSolves) break;
   }
@@ -333,13 +327,12 @@ void book_motion(const Scene& scene, const Drive& drive, const State& state, con
 
 /// Moves the bodies by their free and their contact motion, and takes stock of what the fingers do. False, and nothing
 /// has moved, if that is not finite.
-bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work, const RigidMotion& motion,
-            State& state) {
+bool commit(const Model& model, const Frame& frame, const ContactKinematics& kinematics, const Eigen::VectorXd& f,
+            const RigidMotion& motion, State& state) {
   if (!motion.dq.allFinite() || !motion.dx.allFinite()) return false;
-  const Eigen::VectorXd& f = work.f;
   state.q += motion.dq;
   state.X_WO = moved(state.X_WO, motion.dx);
-  for (int k = 0; k < model.fingers(); ++k) state.load[k] = finger_load(frame, work.kinematics, k, f);
+  for (int k = 0; k < model.fingers(); ++k) state.load[k] = finger_load(frame, kinematics, k, f);
   state.forces.clear();
   for (Index i = 0; i < frame.size(); ++i) {
     const FrameContact& contact = frame.contacts[i];
@@ -353,20 +346,19 @@ bool commit(const Model& model, const Frame& frame, const ContactWorkspace& work
   return true;
 }
 
-void pose_hand(const Scene& scene, const JointVector& q, ContactWorkspace& work) {
-  if (q != work.pose.q) forward_kinematics(scene.hand, q, work.pose);
-}
-
-bool is_undeformed(const State& state) {
-  return state.forces.empty() && state.object_loads.empty() &&
-         std::all_of(state.u_m.begin(), state.u_m.end(), [](const auto& u) { return u.isZero(0.0); });
+/// Says where the bodies are at the start of a tick.
+void place_bodies(const Model& model, const State& state, ContactScratch& work) {
+  if (state.q != work.pose.q) forward_kinematics(model.scene.hand, state.q, work.pose);
+  place_bodies(model, work.pose, state, work.kinematics);
 }
 
 /// Lets pulps that lie in the object give way, bodies at rest: gaps + C f closed. A soft object, too. At the start of a
-/// run pulps that are sheared stick to it.
-void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, State& state) {
-  if (!model.deformable() || !is_undeformed(state)) return;
-  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+/// run pulps that are sheared stick to it. Gaps have been found, and are found again.
+void press_in(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work, State& state) {
+  const bool is_undeformed = state.forces.empty() && state.object_loads.empty() &&
+                             std::ranges::all_of(state.u_m, [](const auto& u) { return u.isZero(0.0); });
+  if (!model.deformable() || !is_undeformed) return;
+  find_jacobians(model, frame, work.pose, state, work.kinematics);
   const Index n = frame.size();
   const auto gaps_m = work.kinematics.gap_m.head(n);
   if (n == 0 || gaps_m.minCoeff() >= 0.0) return;
@@ -385,114 +377,117 @@ void press_in(const Model& model, const Frame& frame, ContactWorkspace& work, St
       work.delta_free.segment<2>(3 * i + 1) = -sheared_m.tail<2>();
     }
   }
-  if (find_forces(model, frame, W, work).status == SolveStatus::kNotFinite) return;
-  note_points(frame, work.kinematics, state, work.f, work.patches);
-  if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
+  if (find_forces(model, frame, W, memory, work).status == SolveStatus::kNotFinite) return;
+  if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, memory.f, state);
   for (int k = 0; k < model.fingers(); ++k) {
     const double share = 1.0 - retained_share(model.pulps[k].material, model.scene.step_s);
-    auto f_k = work.f.segment(3 * frame.begin[k], 3 * (frame.begin[k + 1] - frame.begin[k]));
+    auto f_k = memory.f.segment(3 * frame.begin[k], 3 * (frame.begin[k + 1] - frame.begin[k]));
     f_k *= object_share / share;
-    deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
+    deform(model, frame, work.kinematics, k, memory.f, memory.solver.surface_motion, work.loads, state);
     f_k *= share;
   }
-  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
+  find_displacements(model, frame, work.kinematics, work.pose, state, memory.f, work.patches);
   Ledger start;
-  book_deformation(model, frame, work, true, state, start);
+  book_deformation(model, frame, memory, work, true, state, start);
+  find_gaps(model, frame, state, work.kinematics);
 }
 
 /// Once the bodies have moved: deforms pulps and a soft object, finds where the patches have gone, books the energy.
-void deform_bodies(const Model& model, const Frame& frame, ContactWorkspace& work, State& state, Ledger& ledger) {
+void deform_bodies(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work, State& state,
+                   Ledger& ledger) {
   if (model.deformable()) {
     for (int k = 0; k < model.fingers(); ++k)
-      deform(model, frame, work.kinematics, k, work.f, work.solver.surface_motion, work.loads, state);
-    if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, work.f, state);
+      deform(model, frame, work.kinematics, k, memory.f, memory.solver.surface_motion, work.loads, state);
+    if (model.soft_object()) remember_loads(model, frame, work.kinematics.object_tensors, memory.f, state);
   }
-  pose_hand(model.scene, state.q, work);
-  find_displacements(model, frame, work.kinematics, work.pose, state, work.patches);
-  if (model.deformable()) book_deformation(model, frame, work, false, state, ledger);
+  if (state.q != work.pose.q) forward_kinematics(model.scene.hand, state.q, work.pose);
+  find_displacements(model, frame, work.kinematics, work.pose, state, memory.f, work.patches);
+  if (model.deformable()) book_deformation(model, frame, memory, work, false, state, ledger);
 }
 
 /// Reports slip and load of the fingers' patches, and has the fingertips feel them.
-void report_patches(const Model& model, const Frame& frame, double mu, ContactWorkspace& work, State& state,
-                    TickReport& report) {
+void report_patches(const Model& model, const Frame& frame, double mu, ContactMemory& memory, ContactScratch& work,
+                    State& state, TickReport& report) {
   for (int k = 0; k < model.fingers(); ++k) {
     if (state.load[k].normal_N > 0.0) report.small[k] = frame.small[k];
     report.patch[k] = patch_report(work.patches.of_finger(k), state.load[k], mu, model.scene.step_s);
   }
   for (int k = 0; k < std::ssize(state.touch); ++k) {
     state.touch[k] = felt_touch(model, frame, work.kinematics, work.patches.of_finger(k), state.load[k],
-                                report.patch[k], mu, work.touch_noise);
+                                report.patch[k], mu, memory.touch_noise);
   }
 }
 
 }  // namespace
 
 PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame) {
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   State state(model);
-  pose_hand(model.scene, state.q, work);
-  hand_over(model, frame, state, work);
-  press_in(model, frame, work, state);
+  place_bodies(model, state, work);
+  hand_over(model, frame, state, memory, work);
+  press_in(model, frame, memory, work, state);
   PerFinger<FingerLoad> loads(model.fingers());
-  for (int k = 0; k < model.fingers(); ++k) loads[k] = finger_load(frame, work.kinematics, k, work.f);
+  for (int k = 0; k < model.fingers(); ++k) loads[k] = finger_load(frame, work.kinematics, k, memory.f);
   return loads;
 }
 
-TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
-                        const TickInput& input) noexcept {
+TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work,
+                        State& state, const TickInput& input) noexcept {
   TickReport report(model.scene.hand);
   Stopwatch watch;
   const Scene& scene = model.scene;
   report.sequence = frame.sequence;
   report.frame_age = state.tick - frame.tick;
   const double mu = model.friction(static_cast<double>(state.tick) * scene.step_s);
-  report.handed_over = frame.sequence != work.sequence;
-  const bool starts = work.sequence < 0;
-  if (starts) state.held = false;  // This workspace has held nothing yet.
+  report.handed_over = frame.sequence != memory.sequence;
+  const bool starts = memory.sequence < 0;
+  if (starts) state.held = false;  // This memory has held nothing yet.
   report.input_refused = !is_finite(input);
   if (!report.input_refused) state.X_WT = input.X_WT;
 
-  pose_hand(scene, state.q, work);
+  place_bodies(model, state, work);
   // In the tick of a hand-over, too: frames that come at every step would add up their offsets.
-  if (work.policy.offset_decay_s > 0.0) work.offset_m *= std::exp(-scene.step_s / work.policy.offset_decay_s);
+  if (memory.policy.offset_decay_s > 0.0) memory.offset_m *= std::exp(-scene.step_s / memory.policy.offset_decay_s);
   if (report.handed_over) {
-    state.forces.reserve(model.max_contacts);  // A copied state has lost its spare room.
-    if (model.soft_object()) state.object_loads.reserve(kLoadsPerContact * model.max_contacts);
-    state.environment_forces.reserve(work.environment.most());
-    report.ledger.dropped_J = hand_over(model, frame, state, work);
-    if (starts) press_in(model, frame, work, state);
+    reserve(model, work.environment.most(), state, memory);
+    report.ledger.dropped_J = hand_over(model, frame, state, memory, work);
+    if (starts) press_in(model, frame, memory, work, state);
+  } else {
+    find_gaps(model, frame, state, work.kinematics);
   }
   follow(frame.arm, static_cast<double>(state.tick) * scene.step_s, state.arm);
   if (frame.muscle_N.size() > 0) activate(model, frame, state);
-  report.held = must_hold(model, frame, state, work);
-  if (report.held != state.held) set_hold(report.held, frame, work, state);
+  report.held = must_hold(model, frame, state, memory, work);
+  if (report.held != state.held) set_hold(report.held, frame, memory, state);
   const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
-  const Drive drive = thenar::drive(model, frame, extra, work, state);
+  const Drive drive = thenar::drive(model, frame, extra, work.pose, memory, state);
 
   if (!scene.task.friction.empty()) work.mu.setConstant(mu);
-  contact_kinematics(model, frame, work.pose, state, work.kinematics);
+  find_jacobians(model, frame, work.pose, state, work.kinematics);
   // A scene that starts pressed has not been pushed out yet.
-  if (!starts) report_left_out(model, frame, work, state, report);
+  if (!starts) report_left_out(model, frame, work.kinematics, state, report);
   report.assemble_s = watch.lap();
 
   if (scene.environment) look_around(model, drive.mobility, drive.wrench, state, work.environment);
-  const RigidMotion motion = solve_motion(model, frame, drive, state, work, report);
-  report_contacts(frame, work, report);
-  note_points(frame, work.kinematics, state, work.f, work.patches);
-  const bool moved = report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work, motion, state);
+  const RigidMotion motion = solve_motion(model, frame, drive, state, memory, work, report);
+  report_contacts(frame, memory, work, report);
+  const bool moved =
+      report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work.kinematics, memory.f, motion, state);
   ++state.tick;
-  if (moved && scene.environment) keep_environment(work, state, report.environment);
+  if (moved && scene.environment) keep_environment(memory, work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {
+    work.patches.clear();
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
     report.ledger = {};
     return report;
   }
   book_motion(scene, drive, state, motion, report);
-  if (scene.hand.slides) book_slides(scene, frame, work.kinematics, work.f, motion.dq, report.ledger);
-  if (scene.environment) book_environment(*scene.environment, work, report.ledger);
-  deform_bodies(model, frame, work, state, report.ledger);
-  report_patches(model, frame, mu, work, state, report);
+  if (scene.hand.slides) book_slides(scene, frame, work.kinematics, memory.f, motion.dq, report.ledger);
+  if (scene.environment) book_environment(*scene.environment, memory, work, report.ledger);
+  deform_bodies(model, frame, memory, work, state, report.ledger);
+  report_patches(model, frame, mu, memory, work, state, report);
   (model.deformable() ? report.deform_s : report.solve_s) += watch.lap();
   return report;
 }

@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "engine/grasp/contact_workspace.h"
+#include "engine/grasp/contact_memory.h"
+#include "engine/grasp/contact_scratch.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/ledger.h"
 #include "engine/grasp/model.h"
@@ -74,8 +75,8 @@ struct TickReport {
 /// with the pulps pressed in as far, bodies at rest: the energy of that is the start's, and no contact injects it.
 ///
 /// After the first call on a state it does not allocate. It does not lock, log or throw.
-TickReport contact_tick(const Model& model, const Frame& frame, ContactWorkspace& work, State& state,
-                        const TickInput& input = {}) noexcept;
+TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work,
+                        State& state, const TickInput& input = {}) noexcept;
 
 /// What the pulps of a new state, which are pressed in and sheared, carry as its first tick begins. Allocates.
 [[nodiscard]] PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame);

@@ -26,11 +26,11 @@ void look_around(const Model& model, const Mobility& mobility, const Vector6d& w
 }
 
 bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
-                const Vector6d& x, ContactWorkspace& work) {
+                const Vector6d& x, ContactMemory& memory, ContactScratch& work) {
   constexpr double kNews_m = 5e-9;  // What a twentieth of a newton presses in, usually.
-  if (work.solver.ground_status != SolveStatus::kConverged) return false;  // These forces press in more than c f.
+  if (memory.solver.ground_status != SolveStatus::kConverged) return false;  // These forces press in more than c f.
   if (!(may_miss_m(work.environment, x) > kNews_m)) return false;
-  keep_forces(work.environment, work.solver.ground.f, work.environment_again.then);
+  keep_forces(work.environment, memory.solver.ground.f, work.environment_again.then);
   look_around(model, mobility, wrench, state, work.environment_again, x);
   const double news_m = missed_m(*model.scene.environment, work.environment_again, x, work.environment_again.then);
   if (!(news_m > kNews_m)) return false;
@@ -39,17 +39,18 @@ bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wr
 }
 
 std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobility, const Vector6d& wrench,
-                                      const ContactWorkspace& work) {
-  if (!model.scene.environment || work.environment.pairs.empty()) return std::nullopt;
-  CommonGround ground{{work.environment.contacts, model.scene.environment->compliance_m_per_N, {}}, {}};
+                                      const EnvironmentContacts& contacts) {
+  if (!model.scene.environment || contacts.pairs.empty()) return std::nullopt;
+  CommonGround ground{{contacts.contacts, model.scene.environment->compliance_m_per_N, {}}, {}};
   ground.problem.mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation);
   ground.x_free = ground.problem.mobility.cwiseProduct(wrench);
   return ground;
 }
 
-void keep_environment(const ContactWorkspace& work, State& state, EnvironmentReport& report) {
-  report = environment_report(work.environment, work.solver.ground.f, work.solver.ground.x);
-  keep_forces(work.environment, work.solver.ground.f, state.environment_forces);
+void keep_environment(const ContactMemory& memory, const ContactScratch& work, State& state,
+                      EnvironmentReport& report) {
+  report = environment_report(work.environment, memory.solver.ground.f, memory.solver.ground.x);
+  keep_forces(work.environment, memory.solver.ground.f, state.environment_forces);
 }
 
 }  // namespace thenar

@@ -3,7 +3,8 @@
 #include <optional>
 
 #include "engine/environment/environment_contacts.h"
-#include "engine/grasp/contact_workspace.h"
+#include "engine/grasp/contact_memory.h"
+#include "engine/grasp/contact_scratch.h"
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
@@ -21,13 +22,13 @@ void look_around(const Model& model, const Mobility& mobility, const Vector6d& w
 /// Looks again from where the motion x, which the tick has found, takes the object. True if that is news: the tick is
 /// then to be solved again with what work.environment has now.
 [[nodiscard]] bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
-                              const Vector6d& x, ContactWorkspace& work);
+                              const Vector6d& x, ContactMemory& memory, ContactScratch& work);
 
 /// The object on its environment before any finger touches it; nothing without one.
 [[nodiscard]] std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobility,
-                                                    const Vector6d& wrench, const ContactWorkspace& work);
+                                                    const Vector6d& wrench, const EnvironmentContacts& contacts);
 
 /// Keeps the environment's forces for the next tick, which begins where the state is now, and tells of them.
-void keep_environment(const ContactWorkspace& work, State& state, EnvironmentReport& report);
+void keep_environment(const ContactMemory& memory, const ContactScratch& work, State& state, EnvironmentReport& report);
 
 }  // namespace thenar

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/object_compliance.h"
 
 namespace thenar {
@@ -11,12 +12,6 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 namespace {
-
-/// The gap of a contact as the tick sees it, without its offset.
-double gap_at(const Model& model, const FrameContact& contact, const State& state, const ContactWorkspace& work) {
-  const Eigen::Isometry3d X_FO = work.pose.distal(model.scene.hand, contact.finger).inverse() * state.X_WO;
-  return contact_gap(contact, X_FO, displacement(state, contact), object_displacement(model, state, contact)).gap_m;
-}
 
 /// Shares the force of a contact that is no more among the loaded contacts of its finger, by the pulp's kernel.
 void share_force(const Model& model, const Frame& frame, const ContactForce& lost, Eigen::VectorXd& f) {
@@ -59,36 +54,38 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
   });
 }
 
-double hand_over(const Model& model, const Frame& frame, State& state, ContactWorkspace& work) {
+double hand_over(const Model& model, const Frame& frame, State& state, ContactMemory& memory, ContactScratch& work) {
   double dropped_J = 0.0;
   for_each_dropped(frame, state.forces, [&](const ContactForce& force) { dropped_J += force.held_J; });
-  carry_forces(model, frame, state.forces, work.f);
-  if (work.policy.offset_decay_s > 0.0) {
+  carry_forces(model, frame, state.forces, memory.f);
+  if (memory.policy.offset_decay_s > 0.0) {
     // The old gaps, with the old loads on a soft object.
-    for (Index i = 0; i < std::ssize(work.contacts); ++i) {
-      work.offset_m[i] += gap_at(model, work.contacts[i], state, work);
+    for (Index i = 0; i < std::ssize(memory.contacts); ++i) {
+      const FrameContact& contact = memory.contacts[i];
+      memory.offset_m[i] += gap_at(model, contact, work.kinematics.X_FO[contact.finger], state).gap_m;
     }
   }
   carry_loads(model, frame, state);
-  if (work.policy.offset_decay_s > 0.0) {
-    const bool first = work.sequence < 0;
-    std::swap(work.offset_m, work.old_offset_m);
-    auto old = work.contacts.begin();
+  find_gaps(model, frame, state, work.kinematics);
+  if (memory.policy.offset_decay_s > 0.0) {
+    const bool first = memory.sequence < 0;
+    std::swap(memory.offset_m, work.old_offset_m);
+    auto old = memory.contacts.begin();
     for (Index i = 0; i < frame.size(); ++i) {
       const FrameContact& contact = frame.contacts[i];
-      while (old != work.contacts.end() && id_of(*old) < id_of(contact)) ++old;
-      const double gap_m = gap_at(model, contact, state, work);
+      while (old != memory.contacts.end() && id_of(*old) < id_of(contact)) ++old;
+      const double gap_m = work.kinematics.points[i].gap.gap_m;
       double e = std::max(0.0, -gap_m);
-      if (old != work.contacts.end() && id_of(*old) == id_of(contact)) {
-        e = work.old_offset_m[old - work.contacts.begin()] - gap_m;
+      if (old != memory.contacts.end() && id_of(*old) == id_of(contact)) {
+        e = work.old_offset_m[old - memory.contacts.begin()] - gap_m;
       }
       const double limit_m = kTrustPerRadius * model.scene.hand.fingertips[contact.finger].radius_m;
-      work.offset_m[i] = first ? 0.0 : std::clamp(e, -limit_m, limit_m);
+      memory.offset_m[i] = first ? 0.0 : std::clamp(e, -limit_m, limit_m);
     }
-    assert(work.contacts.capacity() >= frame.contacts.size());
-    work.contacts.assign(frame.contacts.begin(), frame.contacts.end());
+    assert(memory.contacts.capacity() >= frame.contacts.size());
+    memory.contacts.assign(frame.contacts.begin(), frame.contacts.end());
   }
-  work.sequence = frame.sequence;
+  memory.sequence = frame.sequence;
   return dropped_J;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "engine/grasp/contact_workspace.h"
+#include "engine/grasp/contact_memory.h"
+#include "engine/grasp/contact_scratch.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
@@ -41,10 +42,11 @@ struct Ledger {
 
 /// The deformation's part, when u has moved by a step, or `at_once` as far as the forces press it; and the energies of
 /// the pulps and of a soft object.
-void book_deformation(const Model& model, const Frame& frame, const ContactWorkspace& work, bool at_once, State& state,
-                      Ledger& ledger);
+void book_deformation(const Model& model, const Frame& frame, const ContactMemory& memory, const ContactScratch& work,
+                      bool at_once, State& state, Ledger& ledger);
 
 /// The environment's part.
-void book_environment(const Environment& environment, const ContactWorkspace& work, Ledger& ledger);
+void book_environment(const Environment& environment, const ContactMemory& memory, const ContactScratch& work,
+                      Ledger& ledger);
 
 }  // namespace thenar

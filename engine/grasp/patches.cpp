@@ -11,63 +11,64 @@ using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-void note_points(const Frame& frame, const ContactKinematics& kinematics, const State& state, const Eigen::VectorXd& f,
-                 PatchPoints& points) {
-  points.points.clear();
-  points.X_WO = state.X_WO;
-  const Isometry3d X_OW = state.X_WO.inverse();
-  const std::size_t fingers = points.begin.size() - 1;
-  for (std::size_t k = 0; k < fingers; ++k) {
-    points.begin[k] = points.points.size();
-    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      if (f[3 * i] <= 0.0) continue;
-      const Vector3d zero = Vector3d::Zero();
-      const Vector3d u_O = kinematics.u_O.size() > 0 ? Vector3d(kinematics.u_O.row(i)) : zero;
-      const Vector3d finger_W = kinematics.c_W[i] - kinematics.gap_m[i] * kinematics.E_W[i].col(0);
-      points.points.push_back({.contact = i,
-                               .u_F = displacement(state, frame.contacts[i]),
-                               .u_O = u_O,
-                               .u_end_F = zero,
-                               .u_end_O = zero,
-                               .x_O = X_OW * finger_W - u_O,
-                               .r_W = zero,
-                               .f_W = kinematics.E_W[i] * f.segment<3>(3 * i),
-                               .normal_N = f[3 * i],
-                               .friction_N = f.segment<2>(3 * i + 1).norm(),
-                               .d_W = zero});
-    }
-  }
-  points.begin[fingers] = points.points.size();
+namespace {
+
+/// A contact that is loaded with the force f_C, before it moves.
+PatchPoint point_of(const ContactKinematics& kinematics, const Isometry3d& X_OW, Index i, const Vector3d& f_C) {
+  const Vector3d zero = Vector3d::Zero();
+  const Vector3d finger_W = kinematics.c_W[i] - kinematics.gap_m[i] * kinematics.E_W[i].col(0);
+  return {.contact = i,
+          .u_end_F = zero,
+          .u_end_O = zero,
+          .x_O = X_OW * finger_W - kinematics.points[i].u_O,
+          .r_W = zero,
+          .f_W = kinematics.E_W[i] * f_C,
+          .normal_N = f_C[0],
+          .friction_N = f_C.tail<2>().norm(),
+          .d_W = zero};
 }
 
+/// Where a point of a contact has gone with its finger at X_WF, X_OF.
+void follow(const FrameContact& contact, const ContactKinematics& kinematics, const Isometry3d& X_OF,
+            const Isometry3d& X_WF, PatchPoint& point) {
+  const Eigen::Matrix3d& E_W = kinematics.E_W[point.contact];
+  const Vector3d x_O = X_OF * (contact.p_F - point.u_end_F) - point.u_end_O;
+  point.d_W = kinematics.X_WO.linear() * (x_O - point.x_O);
+  if (!contact.fades()) {
+    point.d_W -= E_W.col(0).dot(point.d_W) * E_W.col(0);
+    return;
+  }
+  // The bodies slip along the surface, the pulp is sheared across its own normal.
+  const Vector3d by_pulp_F = point.u_end_F - kinematics.points[point.contact].u_F;
+  const Vector3d by_bodies_W = point.d_W + X_WF.linear() * by_pulp_F;
+  point.d_W.setZero();
+  for (const int t : {1, 2}) {
+    const double sheared_m = kinematics.E_F[point.contact].col(t).dot(by_pulp_F);
+    point.d_W += (E_W.col(t).dot(by_bodies_W) - sheared_m) * E_W.col(t);
+  }
+}
+
+}  // namespace
+
 void find_displacements(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
-                        const HandPose& pose, const State& state, PatchPoints& points) {
+                        const HandPose& pose, const State& state, const Eigen::VectorXd& f, PatchPoints& points) {
   object_displacements(model, frame, state, points.u_end_O);
+  const Isometry3d X_OW = kinematics.X_WO.inverse();
+  points.points.clear();
   for (int k = 0; k < model.fingers(); ++k) {
-    const Isometry3d X_OF = state.X_WO.inverse() * pose.distal(model.scene.hand, k);
-    for (std::size_t j = points.begin[k]; j < points.begin[k + 1]; ++j) {
-      PatchPoint& point = points.points[j];
-      const FrameContact& contact = frame.contacts[point.contact];
-      const Eigen::Matrix3d& E_W = kinematics.E_W[point.contact];
-      point.u_end_F = displacement(state, contact);
-      if (model.soft_object()) point.u_end_O = points.u_end_O.row(point.contact);
-      const Vector3d x_O = X_OF * (contact.p_F - point.u_end_F) - point.u_end_O;
-      point.d_W = points.X_WO.linear() * (x_O - point.x_O);
-      if (contact.fades()) {
-        // The bodies slip along the surface, the pulp is sheared across its own normal.
-        const Vector3d by_pulp_F = point.u_end_F - point.u_F;
-        const Vector3d by_bodies_W = point.d_W + pose.distal(model.scene.hand, k).linear() * by_pulp_F;
-        point.d_W.setZero();
-        for (const int t : {1, 2}) {
-          const double sheared_m = kinematics.E_F[point.contact].col(t).dot(by_pulp_F);
-          point.d_W += (E_W.col(t).dot(by_bodies_W) - sheared_m) * E_W.col(t);
-        }
-      } else {
-        point.d_W -= E_W.col(0).dot(point.d_W) * E_W.col(0);
-      }
-      point.r_W = kinematics.c_W[point.contact] - state.load[k].centre_m;
+    points.begin[k] = points.points.size();
+    const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
+    const Isometry3d X_OF = state.X_WO.inverse() * X_WF;
+    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
+      if (f[3 * i] <= 0.0) continue;
+      PatchPoint& point = points.points.emplace_back(point_of(kinematics, X_OW, i, f.segment<3>(3 * i)));
+      point.u_end_F = displacement(state, frame.contacts[i]);
+      if (model.soft_object()) point.u_end_O = points.u_end_O.row(i);
+      follow(frame.contacts[i], kinematics, X_OF, X_WF, point);
+      point.r_W = kinematics.c_W[i] - state.load[k].centre_m;
     }
   }
+  points.begin[model.fingers()] = points.points.size();
 }
 
 PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& load, double mu, double step_s) {

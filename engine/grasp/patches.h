@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <span>
@@ -42,43 +43,41 @@ struct PatchReport {
 /// A loaded contact over a tick.
 struct PatchPoint {
   Eigen::Index contact = 0;  ///< In the frame.
-  Eigen::Vector3d u_F;       ///< The pulp's displacement at the start; distal frame.
-  Eigen::Vector3d u_O;       ///< A soft object's, likewise; object frame.
-  Eigen::Vector3d u_end_F;   ///< Both at the end.
-  Eigen::Vector3d u_end_O;
-  Eigen::Vector3d x_O;      ///< The finger's point against the object's surface, at the start; object frame.
-  Eigen::Vector3d r_W;      ///< Where finger and object meet, from the patch's pressure centre; at the start.
-  Eigen::Vector3d f_W;      ///< On the object [N].
-  double normal_N = 0.0;    ///< Its normal part.
-  double friction_N = 0.0;  ///< And the size of what rubs.
-  Eigen::Vector3d d_W;      ///< Displacement of the finger's point against the object's, along the surface.
+  Eigen::Vector3d u_end_F;   ///< The pulp's displacement at the end; distal frame.
+  Eigen::Vector3d u_end_O;   ///< A soft object's, likewise; object frame.
+  Eigen::Vector3d x_O;       ///< The finger's point against the object's surface, at the start; object frame.
+  Eigen::Vector3d r_W;       ///< Where finger and object meet, from the patch's pressure centre; at the start.
+  Eigen::Vector3d f_W;       ///< On the object [N].
+  double normal_N = 0.0;     ///< Its normal part.
+  double friction_N = 0.0;   ///< And the size of what rubs.
+  Eigen::Vector3d d_W;       ///< Displacement of the finger's point against the object's, along the surface.
 };
 
-/// The loaded contacts of a tick, noted before they move.
+/// The loaded contacts of a tick.
 struct PatchPoints {
   explicit PatchPoints(const Model& model) : begin(model.fingers() + 1) {
     points.reserve(model.max_contacts);
     if (model.soft_object()) u_end_O.setZero(model.max_contacts, 3);
   }
 
+  void clear() {
+    points.clear();
+    std::ranges::fill(begin, 0);
+  }
   [[nodiscard]] std::span<const PatchPoint> of_finger(int k) const {
     return std::span(points).subspan(begin[k], begin[k + 1] - begin[k]);
   }
 
   std::vector<PatchPoint> points;  ///< Finger by finger.
   std::vector<std::size_t> begin;  ///< Finger k has points begin[k] .. begin[k + 1).
-  Eigen::Isometry3d X_WO;          ///< Object, at the start.
   Eigen::MatrixX3d u_end_O;        ///< Of a soft object: u_o of all contacts at the end.
 };
 
-/// Notes what is loaded with the forces f (3 rows a contact), at the state that the kinematics belong to.
-void note_points(const Frame& frame, const ContactKinematics& kinematics, const State& state, const Eigen::VectorXd& f,
-                 PatchPoints& points);
-
-/// Fills in where the points have gone, when the bodies, the pulps and a soft object have moved: `state`, with the pose
-/// of its hand, and the finger loads of the tick. In the object's frame, on each contact's tangent plane.
+/// Finds what is loaded with the forces f (3 rows a contact), and where it has gone from the state of the kinematics
+/// on, when the bodies, the pulps and a soft object have moved: `state`, with the pose of its hand, and the finger
+/// loads of the tick. In the object's frame, on each contact's tangent plane.
 void find_displacements(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
-                        const HandPose& pose, const State& state, PatchPoints& points);
+                        const HandPose& pose, const State& state, const Eigen::VectorXd& f, PatchPoints& points);
 
 /// What a finger's patch did in a step of `step_s`.
 [[nodiscard]] PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& load, double mu,

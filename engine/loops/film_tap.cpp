@@ -32,9 +32,10 @@ Picture touched_picture(const Model& model) {
 
 }  // namespace
 
-void take_contacts(const State& state, const ContactWorkspace& work, TickContacts& to) noexcept {
+void take_contacts(const State& state, const ContactMemory& memory, const ContactScratch& work,
+                   TickContacts& to) noexcept {
   to.tick = state.tick;
-  to.sequence = work.sequence;
+  to.sequence = memory.sequence;
   to.count = std::min(state.forces.size(), to.contacts.size());
   for (std::size_t i = 0; i < to.count; ++i) {
     // The state's forces are those of the tick's contacts, in their order.
@@ -64,10 +65,11 @@ FilmTap::FilmTap(const Model& model, std::int64_t every, bool with_contacts)
       picture_ticks_(every),
       with_contacts_(with_contacts) {}
 
-void FilmTap::keep(const State& state, const ContactWorkspace& work, const std::optional<ShownPull>& pull) noexcept {
+void FilmTap::keep(const State& state, const ContactMemory& memory, const ContactScratch& work,
+                   const std::optional<ShownPull>& pull) noexcept {
   if (with_contacts_) {
     if (TickContacts* const to = contacts.draft(); to != nullptr) {
-      take_contacts(state, work, *to);
+      take_contacts(state, memory, work, *to);
       contacts.publish();
     } else {
       lost_contacts_.fetch_add(1, std::memory_order_relaxed);
@@ -75,7 +77,7 @@ void FilmTap::keep(const State& state, const ContactWorkspace& work, const std::
   }
   if (state.tick % picture_ticks_ != 0) return;
   if (Picture* const to = pictures.draft(); to != nullptr) {
-    take_picture(state, work, *to);
+    take_picture(state, memory, work, *to);
     to->pull = pull;
     pictures.publish();
   } else {

@@ -27,10 +27,11 @@ TickInput LiveContact::input(const State& state, std::int64_t now_ns, std::int64
 }
 
 bool LiveContact::show(const SplitGrasp& grasp) noexcept {
-  if (tap != nullptr) tap->keep(grasp.state(), grasp.workspace(), hands.pull());
-  // Relaxed: it orders nothing else.
+  if (tap != nullptr) tap->keep(grasp.state(), grasp.memory(), grasp.scratch(), hands.pull());
+  // Relaxed: nothing else goes with it.
   if (!watched.load(std::memory_order_relaxed)) return false;
-  const ContactWorkspace& work = grasp.workspace();
+  const ContactMemory& memory = grasp.memory();
+  const ContactScratch& work = grasp.scratch();
   if (grasp.state().tick % problem_ticks == 0) {
     SolvedTick& draft = problems.draft();
     draft.frame = grasp.frames().current();
@@ -40,15 +41,15 @@ bool LiveContact::show(const SplitGrasp& grasp) noexcept {
     draft.delta_free.head(3 * n) = work.delta_free.head(3 * n);
     draft.mu.head(n) = work.mu.head(n);
     draft.f_first.head(3 * n) = work.f_first.head(3 * n);
-    draft.f.head(3 * n) = work.f.head(3 * n);
+    draft.f.head(3 * n) = memory.f.head(3 * n);
     const std::vector<GroundContact>& ground = work.environment.contacts;
     draft.ground.assign(ground.begin(), ground.end());
-    draft.ground_N.assign(work.solver.ground.f.begin(), work.solver.ground.f.begin() + std::ssize(ground));
-    draft.x_free = work.solver.ground.x - work.solver.common_motion.head<6>();
+    draft.ground_N.assign(memory.solver.ground.f.begin(), memory.solver.ground.f.begin() + std::ssize(ground));
+    draft.x_free = memory.solver.ground.x - memory.solver.common_motion.head<6>();
     problems.publish();
   }
   if (grasp.state().tick % picture_ticks != 0) return false;
-  take_picture(grasp.state(), work, pictures.draft());
+  take_picture(grasp.state(), memory, work, pictures.draft());
   pictures.draft().pull = hands.pull();
   pictures.publish();
   return true;

@@ -8,12 +8,12 @@ namespace thenar {
 
 namespace {
 
-/// Returns those of the last tick; before the first one there are none.
-void take_touches(const ContactWorkspace& work, std::vector<ShownTouch>& touches) noexcept {
+/// Of the last tick; before the first one there are none.
+void take_touches(const ContactMemory& memory, const ContactScratch& work, std::vector<ShownTouch>& touches) noexcept {
   touches.clear();
   const EnvironmentContacts& around = work.environment;
   for (std::size_t i = 0; i < around.found.size(); ++i) {
-    const Eigen::Vector3d& f = work.solver.ground.f[i];
+    const Eigen::Vector3d& f = memory.solver.ground.f[i];
     if (!(f[0] > 0.0)) continue;
     const auto E_W = around.contacts[i].J.leftCols<3>().transpose();
     touches.push_back({around.found[i].body, around.found[i].at.p_m, E_W.col(0), E_W * f});
@@ -39,7 +39,8 @@ Picture::Picture(const Model& model) : step_s(model.scene.step_s) {
   touches.reserve(most_touches(model.scene));
 }
 
-void take_picture(const State& state, const ContactWorkspace& work, Picture& picture) noexcept {
+void take_picture(const State& state, const ContactMemory& memory, const ContactScratch& work,
+                  Picture& picture) noexcept {
   picture.snapshot = state;
   for (std::size_t k = 0; k < state.u_m.size(); ++k) picture.u_m[k] = state.u_m[k];
   picture.contacts.clear();
@@ -50,7 +51,7 @@ void take_picture(const State& state, const ContactWorkspace& work, Picture& pic
     picture.contacts.push_back({contact.finger, contact.control_point, work.kinematics.c_W[i], E_W.col(0),
                                 E_W * contact.f_C, contact.f_C[0], contact.f_C.tail<2>().norm(), contact.share});
   }
-  take_touches(work, picture.touches);
+  take_touches(memory, work, picture.touches);
   for (const PatchPoint& point : work.patches.points) {
     const auto i = static_cast<std::size_t>(point.contact);
     if (i < picture.contacts.size()) picture.contacts[i].slip_m_per_s = point.d_W.norm() / picture.step_s;

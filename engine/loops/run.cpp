@@ -15,24 +15,7 @@ constexpr double kPictures_Hz = 60.0;
 }  // namespace
 
 GraspRun::GraspRun(const Model& m, const FramePolicy& policy, std::optional<LockstepSettings> settings)
-    : model(m),
-      state(m),
-      frame(m),
-      controller(m),
-      work(m, policy),
-      lockstep_(std::move(settings)),
-      random_(lockstep_ ? lockstep_->seed : 0) {}
-
-void GraspRun::go_on_as(const GraspRun& other) {
-  state = other.state;
-  frame = other.frame;
-  controller = other.controller;
-  report = other.report;
-  controlled = other.controlled;
-  work = other.work;
-  random_ = other.random_;
-  under_way_ = other.under_way_;
-}
+    : Run(m, policy, settings ? settings->seed : 0), model(m), work(m), lockstep_(std::move(settings)) {}
 
 TickReport GraspRun::tick(const TickInput& input) {
   control_if_due();
@@ -46,7 +29,7 @@ void GraspRun::control_if_due() {
 
 TickReport GraspRun::contact(const TickInput& input) {
   if (lockstep_) receive();
-  return contact_tick(model, frame, work, state, input);
+  return contact_tick(model, frame, memory, work, state, input);
 }
 
 void GraspRun::control() {
@@ -56,22 +39,22 @@ void GraspRun::control() {
 
 void GraspRun::send() {
   const double now_s = time_s();
-  Sent sent{now_s, Frame(model)};
+  SentFrame sent(model, now_s);
   report = control_tick(model, state, controller, sent.frame);
   if (sent.frame.sequence > 0) {
-    sent.due_s += model.scene.control_delay_s + lockstep_->jitter_s * std::uniform_real_distribution<>()(random_);
+    sent.due_s += model.scene.control_delay_s + lockstep_->jitter_s * std::uniform_real_distribution<>()(random);
   }
   if (lockstep_->late_s) sent.due_s += lockstep_->late_s(now_s);
   if (lockstep_->channel && !lockstep_->channel(now_s, sent.frame)) return;
-  under_way_.push_back(std::move(sent));
+  under_way.push_back(std::move(sent));
 }
 
 void GraspRun::receive() {
-  const auto is_due = [now_s = time_s()](const Sent& sent) { return sent.due_s <= now_s + 1e-9; };
-  for (Sent& sent : under_way_) {
+  const auto is_due = [now_s = time_s()](const SentFrame& sent) { return sent.due_s <= now_s + 1e-9; };
+  for (SentFrame& sent : under_way) {
     if (is_due(sent) && sent.frame.sequence > frame.sequence) frame = sent.frame;
   }
-  std::erase_if(under_way_, is_due);
+  std::erase_if(under_way, is_due);
 }
 
 void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers, bool shows) {

@@ -17,78 +17,92 @@
 
 namespace thenar {
 
-/// Disturbances of frames between control loop and contact loop, besides the scene's control delay.
+/// What happens to frames on their way from the control loop to the contact loop, beside the scene's control delay.
 struct LockstepSettings {
-  double jitter_s = 0.0;   ///< Largest extra delay of each frame, uniformly random.
-  std::uint64_t seed = 1;  ///< Seed of the jitter.
-  /// Extra delay of the frame of a snapshot at this time; empty: none.
+  double jitter_s = 0.0;   ///< Each frame takes up to so much longer, uniformly at random.
+  std::uint64_t seed = 1;  ///< Of the jitter.
+  /// How much later than the scene expects does the frame of a snapshot at this time come. Nothing: it is in time.
   std::function<double(double time_s)> late_s = {};
-  /// A function that may change each frame, at the time of its snapshot; false: it is lost. Empty: frames pass.
+  /// Sees each frame at the time of its snapshot and may change it; false: it is lost. Nothing: it passes.
   std::function<bool(double time_s, Frame& frame)> channel = {};
 };
 
-/// A run of a scene on one thread, tick by tick: a control tick every control period, and a contact tick every step.
-/// The same inputs give the same bits.
+/// A frame on its way from the control loop to the contact loop.
+struct SentFrame {
+  explicit SentFrame(const Model& model, double sent_s = 0.0) : due_s(sent_s), frame(model) {}
+
+  double due_s;
+  Frame frame;
+};
+
+/// A run of a model as it stands between two ticks: all that it needs to go on. A copy goes on as the original would,
+/// bit for bit, on the same model, with the same delays and jitter.
+struct Run {
+  explicit Run(const Model& model, const FramePolicy& policy = {}, std::uint64_t seed = 0)
+      : state(model), memory(model, policy), frame(model), controller(model), random(seed) {}
+
+  State state;
+  ContactMemory memory;
+  Frame frame;  ///< In use.
+  Controller controller;
+  ControlReport report;     ///< Of the last control tick.
+  bool controlled = false;  ///< It ran just before the last contact tick.
+  // In lockstep:
+  std::mt19937_64 random;  ///< Of the jitter.
+  std::vector<SentFrame> under_way;
+};
+
+/// A scene's ticks on one thread, called one by one: a control tick every control period, and a contact tick every
+/// step. The same inputs give the same bits.
 ///
-/// In one loop, as in the paper, a frame is used as soon as it is made. In lockstep the two loops imitate threads on a
-/// virtual clock, deterministically: a control tick sees the state of its time, and its frame is used a control delay
-/// (and jitter) later; one that is overtaken is dropped. Frame 0 exists before the first tick.
-struct GraspRun {
-  /// Makes a run in one loop. It keeps a reference to the model.
+/// In one loop, as the paper has it, a frame is in use as soon as it is made. In lockstep the two loops do on a virtual
+/// clock what threads do, without their chance: a control tick sees the state of its time, and its frame comes into use
+/// a control delay (and jitter) later; one that is overtaken is dropped. Frame 0 is there before the first tick.
+struct GraspRun : Run {
+  /// In one loop. The model is referred to.
   explicit GraspRun(const Model& m) : GraspRun(m, {}, std::nullopt) {}
-  /// Makes a run in lockstep.
+  /// In lockstep.
   GraspRun(const Model& m, LockstepSettings settings) : GraspRun(m, split_policy(m.scene), std::move(settings)) {}
   GraspRun(const GraspRun&) = delete;
   GraspRun& operator=(const GraspRun&) = delete;
 
-  /// Continues from the state of another run of the same model, delays and jitter.
-  void go_on_as(const GraspRun& other);
+  /// Goes on as another of the same model, delays and jitter would.
+  void go_on_as(const Run& other) { static_cast<Run&>(*this) = other; }
 
-  /// Runs one control tick, if one is due, and then one contact tick.
+  /// One control tick, if one is due, and then one contact tick.
   TickReport tick(const TickInput& input = {});
-  /// Runs the first half of tick(): `controlled` tells whether a control tick was due.
+  /// The first half of it: `controlled` says whether one was due.
   void control_if_due();
-  /// Runs the second half of tick().
+  /// The second.
   TickReport contact(const TickInput& input = {});
-  /// Runs a control tick on the present state.
+  /// A control tick on the state as it is.
   void control();
 
   [[nodiscard]] bool is_lockstep() const { return lockstep_.has_value(); }
   [[nodiscard]] double time_s() const { return static_cast<double>(state.tick) * model.scene.step_s; }
 
   const Model& model;
-  State state;
-  Frame frame;  ///< The frame in use.
-  Controller controller;
-  ControlReport report;     ///< Result of the last control tick.
-  bool controlled = false;  ///< True if it ran just before the last contact tick.
-  ContactWorkspace work;
+  ContactScratch work;
 
  private:
-  struct Sent {
-    double due_s;
-    Frame frame;
-  };
   GraspRun(const Model& m, const FramePolicy& policy, std::optional<LockstepSettings> settings);
   void send();
   void receive();
 
   std::optional<LockstepSettings> lockstep_;
-  std::mt19937_64 random_;
-  std::vector<Sent> under_way_;
 };
 
-/// A completed control tick.
+/// A control tick that has been done.
 struct ControlTick {
-  double time_s;  ///< Time of its snapshot.
+  double time_s;  ///< Of its snapshot.
   const ControlReport& report;
-  const Eigen::VectorXd& muscle_forces_N;  ///< Invalid in a scene without muscles.
-  const GraspRun* run = nullptr;           ///< The run at the snapshot; null with several threads.
+  const Eigen::VectorXd& muscle_forces_N;  ///< Not to be read in a scene without muscles.
+  const GraspRun* run = nullptr;           ///< At the snapshot; null where other threads run.
 };
 
-/// A completed contact tick, as shown by every runner.
+/// A contact tick that has been done, as every runner shows it.
 struct Tick {
-  const Snapshot& after;  ///< State after it.
+  const Snapshot& after;  ///< The state that it left.
   const TickReport& contact;
   const ControlReport& control;            ///< Result of the last control tick; with several threads, of the frame's.
   const Eigen::VectorXd& muscle_forces_N;  ///< Forces of that control tick.
@@ -98,7 +112,7 @@ struct Tick {
   const Picture* picture = nullptr;        ///< Picture of it, if one was taken.
 };
 
-/// An observer of a run's ticks, in order. Each function returns true if the run is to continue.
+/// Sees the ticks of a run, in order. Each returns whether the run is to go on.
 class Watcher {
  public:
   virtual ~Watcher() = default;
@@ -106,9 +120,9 @@ class Watcher {
   virtual bool see_tick(const Tick& tick) = 0;
 };
 
-/// Runs this number of contact ticks, or until a watcher ends it; a control tick at which a watcher ends it is the
-/// last. With `shows`, in one loop, the deformed fingertips are computed at every sample 60 times a second, as for a
-/// viewer.
+/// So many contact ticks, or until a watcher ends it; a control tick that a watcher ends it after is the last. In one
+/// loop the deformed fingertips are shown at every sample 60 times a second, as a viewer would need them; without
+/// `shows` they are not.
 void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers, bool shows = true);
 
 }  // namespace thenar

@@ -36,7 +36,8 @@ bool is_finite(const Model& model, const Frame& frame) {
 SplitGrasp::SplitGrasp(const Model& model, const State& start, const OwnControl& own)
     : model_(model),
       state_(start_of_run(start)),
-      work_(model, split_policy(model.scene)),
+      memory_(model, split_policy(model.scene)),
+      scratch_(model),
       controller_(model),
       frames_(model),
       snapshots_(static_cast<const ContactSnapshot&>(state_)) {
@@ -50,7 +51,8 @@ SplitGrasp::SplitGrasp(const Model& model, const State& start, const OwnControl&
 SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before)
     : model_(model),
       state_(carry_over(old, before.state_, model)),
-      work_(model, split_policy(model.scene)),
+      memory_(model, split_policy(model.scene)),
+      scratch_(model),
       controller_(before.controller_),
       frames_(model),
       snapshots_(static_cast<const ContactSnapshot&>(state_)) {
@@ -64,8 +66,8 @@ SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& b
 }
 
 void SplitGrasp::heed_scene() noexcept {
-  work_.policy = split_policy(model_.scene);
-  work_.mu.setConstant(model_.scene.contact.friction);
+  memory_.policy = split_policy(model_.scene);
+  scratch_.mu.setConstant(model_.scene.contact.friction);
 }
 
 void SplitGrasp::hold_frames_back(int periods) {
@@ -88,7 +90,7 @@ ContactStep SplitGrasp::contact_step(const TickInput& input) noexcept {
   const std::int64_t start_ns = steady_now_ns();
   frames_.take();
   step.acquire_ns = steady_now_ns() - start_ns;
-  step.tick = contact_tick(model_, frames_.current(), work_, state_, input);
+  step.tick = contact_tick(model_, frames_.current(), memory_, scratch_, state_, input);
   const std::int64_t end_ns = steady_now_ns();
   snapshots_.draft() = state_;
   snapshots_.publish();

@@ -46,20 +46,44 @@ class GraspMonitor {
   [[nodiscard]] double force_chatter() const;
   [[nodiscard]] Verdict verdict() const;
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(unsolved_grasp_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
+      rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, answer_, off_m_,
+      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, phase_, task_failed_, is_over_,
+      forces_, kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
+  }
+
  private:
   struct Event {
     double time_s = 0.0;
     std::string what;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(time_s, what);
+    }
   };
   /// The worst value of something that has a bound.
   struct Worst {
     std::optional<double> first_s;  ///< When the bound was first passed.
     double at_s = 0.0, beyond = 0.0, value = 0.0;
     void add(double time_s, double excess, double now);
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(first_s, at_s, beyond, value);
+    }
   };
   struct Forces {
     double time_s = 0.0;
     PerFinger<double> normal_N;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(time_s, normal_N);
+    }
   };
 
   void watch_solver(const TickRecord& tick);
@@ -99,6 +123,11 @@ class GraspMonitor {
     double time_s = 0.0;
     ReflexReport reflex;
     PerFinger<double> slip_m;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(time_s, reflex, slip_m);
+    }
   };
   std::optional<Answer> answer_;
   Worst off_m_, off_rad_;

@@ -242,8 +242,13 @@ ordered_json scheduling(const ThreadsReport& report) {
 }  // namespace
 
 ordered_json summarize(const Model& model, const RealtimeRun& run) {
-  const LoopProfile& profile = run.profile;
   ordered_json summary = summarize(model, run.recording);
+  add_loops(model, run, summary);
+  return summary;
+}
+
+void add_loops(const Model& model, const RealtimeRun& run, ordered_json& summary) {
+  const LoopProfile& profile = run.profile;
   summary["object"]["max_error_mm"] = finite(1e3 * max_error_m(run.recording));
   const Ledger ledger = run.recording.ticks.empty() ? Ledger{} : run.recording.ticks.back().ledger;
   summary["ledger"]["injected_over_dissipated"] = finite(ledger.injected_J / ledger.dissipated_J);
@@ -255,7 +260,6 @@ ordered_json summarize(const Model& model, const RealtimeRun& run) {
   summary["frame_age"] = frame_age(model, profile);
   summary["handover"] = handover(model, profile);
   summary["hold"] = hold(profile);
-  return summary;
 }
 
 std::vector<std::string> lags(const Model& model, const RealtimeRun& run) {

@@ -84,6 +84,8 @@ struct RealtimeRun {
 ///               hand-overs, tick_N_p99 at all other ticks, all from 0.3 s on.
 /// hold          Ticks that held an old frame's drive, and the times that this began or ended.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const RealtimeRun& run);
+/// Adds what the two loops did to the measures of the run's recording, which makes it the same.
+void add_loops(const Model& model, const RealtimeRun& run, nlohmann::ordered_json& summary);
 
 /// Why simulated time lags behind: a sentence for each loop that did not keep kKeptShare of its ticks, with how long
 /// they take, and what takes the most of it. The list is empty if both kept them.

@@ -148,7 +148,7 @@ bool Recorder::see_tick(const Tick& tick) {
   monitor_.add(record);
   if (film_ != nullptr && tick.picture != nullptr) film_->add(*tick.picture, record, tick.muscle_forces_N);
   if (film_ != nullptr && tick.run != nullptr)
-    film_->add(tick.run->state, tick.run->work, record, tick.muscle_forces_N);
+    film_->add(tick.run->state, tick.run->memory, tick.run->work, record, tick.muscle_forces_N);
   return !(monitor_.has_ended() && model_.scene.control);
 }
 

@@ -32,6 +32,12 @@ class RunSums {
   /// Takes the next tick, and writes the sums so far into it.
   void add(TickRecord& tick);
 
+  /// For an archive (engine/loops/archive.h).
+  template <typename Archive>
+  void members(Archive& a) {
+    a(slip_m_, spin_rad_, start_slip_m_, start_spin_rad_, ledger_, last_reflex_, stiffness_);
+  }
+
  private:
   PerFinger<double> slip_m_, spin_rad_, start_slip_m_,
       start_spin_rad_;  ///< Of a tick's fingers, from the first one on.

@@ -106,14 +106,14 @@ void RecordingFile::add_scene(const Model& model, double time_s) {
   shown_s_.reset();
 }
 
-void RecordingFile::add(const State& state, const ContactWorkspace& work, const TickRecord& tick,
-                        const Eigen::VectorXd& muscle_forces_N) {
+void RecordingFile::add(const State& state, const ContactMemory& memory, const ContactScratch& work,
+                        const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N) {
   if (settings_.contacts) {
-    thenar::take_contacts(state, work, contacts_);
+    thenar::take_contacts(state, memory, work, contacts_);
     add_contacts(contacts_);
   }
   if (!is_due(state.tick)) return;
-  take_picture(state, work, picture_);
+  take_picture(state, memory, work, picture_);
   add(picture_, tick, muscle_forces_N);
 }
 

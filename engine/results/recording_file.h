@@ -52,7 +52,7 @@ class RecordingFile {
   [[nodiscard]] bool is_due(std::int64_t tick) const { return tick % every_ == 0; }
 
   /// What a tick left, on the thread that did it: its contacts, and the state if it is due.
-  void add(const State& state, const ContactWorkspace& work, const TickRecord& tick,
+  void add(const State& state, const ContactMemory& memory, const ContactScratch& work, const TickRecord& tick,
            const Eigen::VectorXd& muscle_forces_N);
   /// A state, of a picture that is taken already.
   void add(const Picture& picture, const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N,

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "engine/grasp/model.h"
 #include "engine/results/recording.h"
+#include "engine/results/run_measures.h"
 
 namespace thenar {
 
@@ -15,17 +17,16 @@ namespace thenar {
 
 /// A ledger's terms, and what is missing from its balance [J].
 [[nodiscard]] nlohmann::ordered_json ledger_json(const Ledger& ledger);
+
 /// A verdict: {"outcome", "reason", "held", "lost_at_s", "beyond": what limits were passed, and by how much}.
 [[nodiscard]] nlohmann::ordered_json verdict_json(const Verdict& verdict);
 
-/// The measures of a run, as summary.json has them: units in the keys, null where there was nothing to measure.
-///
-/// From 0.3 s on, when the grip has built up: position and rotation errors, least margin, largest sliding share and
-/// creep, contact counts. Over the last 0.3 s: the final errors. Slip and spin of the fingers' patches: since their
-/// first contact; `start_` is the part before 0.3 s, `max_` the worst finger's. Ledger: since the start. Warnings:
-/// engine/results/warnings.h. Parts: what `model: auto` left out or not, and why, a line each. Stage times: over the
-/// ticks that ran the stage, null if none did. Touch, environment and reflex: of scenes that name them
-/// alone.
+/// A measure as files have it: null where there is nothing.
+[[nodiscard]] nlohmann::ordered_json to_json(const MeasureValue& value);
+
+/// The measures of a run, as summary.json has them.
+[[nodiscard]] nlohmann::ordered_json summary_json(const std::vector<MeasuredSection>& measures);
+/// The same of a run that has just ended.
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const Recording& recording);
 
 }  // namespace thenar

@@ -126,7 +126,7 @@ void describe_contact(Visitor& v, Scene& scene) {
     if (level > 0 && (Index{1} << level) > scene.fingertips->leaves) {
       v.refuse("level", "needs fingertips of " + std::to_string(1 << level) + " leaves or more");
     }
-  } else {
+  } else if (v.reads()) {
     contact.max_per_finger = 1;
     if (v.has("distance_error")) v.refuse("distance_error", "counts with deformable fingertips alone");
   }
@@ -263,7 +263,7 @@ void describe(Visitor& v, SceneFile& file) {
   v.map({"environment", kNone, "", "(Without it the object touches the fingers alone.)",
          "What is around the object: rigid bodies with exact surfaces. Fingers do not touch them."},
         scene.environment, [&](Environment& environment) { describe_environment(v, environment); });
-  if (scene.environment) scene.environment->place = v.location("environment");
+  if (v.reads() && scene.environment) scene.environment->place = v.location("environment");
   if (v.is_there("task", true))
     v.map({"task", kNone, "", "(Without it the target stays where the object starts.)",
            "What becomes of the object's target, and what acts on the object."},

@@ -21,15 +21,19 @@ void describe_grasp_forces(Visitor& v, ControlSettings& control, bool is_pressed
   const bool is_felt = !v.word(friction, control.felt_margin ? "felt" : "").empty();
   if (v.when(!is_felt)) v.key(friction, control.grasp_friction);
   if (v.when(is_felt)) {
-    double margin = control.felt_margin.value_or(0.0), first = control.grasp_friction * (1.0 + margin);
+    double margin = control.felt_margin.value_or(0.0);
+    const double now = control.grasp_friction * (1.0 + margin);
+    double first = now;
     v.key({"margin", kNone, "0 .. 10", "(Required with felt friction, refused without.)",
            "By how much more the fingers press than the felt friction needs, as a share: 0.3 is what people leave."},
           margin);
     v.key({"first_friction", kNone, "0.01 .. 10", "(Required with felt friction, refused without.)",
            "The friction that is expected of a finger until it has felt some."},
           first);
-    control.felt_margin = margin;
-    control.grasp_friction = first / (1.0 + margin);
+    if (control.felt_margin != margin || first != now) {  // Else rounding would change it.
+      control.felt_margin = margin;
+      control.grasp_friction = first / (1.0 + margin);
+    }
     if (!feels) v.refuse("friction", "felt needs fingertips.touch");
   } else if (!v.is_refused("friction")) {
     for (const char* key : {"margin", "first_friction"}) {

@@ -33,6 +33,16 @@ void describe_solid(Visitor& v, Solid& solid) {
   }
 }
 
+/// The friction of all bodies; nothing if they differ.
+std::optional<double> same_friction(const Environment& environment) {
+  std::optional<double> friction;
+  for (const EnvironmentBody& body : environment.bodies) {
+    if (friction && *friction != body.friction) return std::nullopt;
+    friction = body.friction;
+  }
+  return friction;
+}
+
 /// `all`: the friction of bodies that have none of their own.
 void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double>& all) {
   v.key({"name", kNone, "", "(Without it: its number.)", "What it is called where it is told of."}, body.name);
@@ -46,7 +56,8 @@ void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double
         rotation);
   body.X_WE.translation() = position_m;
   body.X_WE.linear() = rotation;
-  std::optional<double> own = body.friction;
+  std::optional<double> own;
+  if (!all) own = body.friction;
   v.key({"friction", kNone, "0 .. 10", "(Without it: environment.friction.)",
          "Its own coefficient of friction against the object."},
         own);
@@ -64,7 +75,8 @@ void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double
 }  // namespace
 
 void describe_environment(Visitor& v, Environment& environment) {
-  std::optional<double> friction;  // Of the reader alone: each body has its own.
+  std::optional<double> friction;
+  if (!v.reads()) friction = same_friction(environment);
   v.key({"friction",
          kNone,
          "0 .. 10",
@@ -83,7 +95,7 @@ void describe_environment(Visitor& v, Environment& environment) {
   v.list({"bodies", kNone, "", "", "The bodies."}, environment.bodies, [&](EnvironmentBody& body) {
     ++number;
     describe_body(v, body, friction);
-    if (body.name.empty()) body.name = std::to_string(number);
+    if (v.reads() && body.name.empty()) body.name = std::to_string(number);
   });
   if (environment.bodies.empty() && !v.is_refused("bodies")) v.refuse("bodies", "names no body");
 }

@@ -65,7 +65,7 @@ void describe_torques(Visitor& v, SceneFile& file) {
   v.per_joint({"torques", kTorque, "", "(Required without control, grasp and slides, refused with one of them.)",
                "The constant joint torques of a scene without control."},
               torques_Nm, std::ssize(scene.hand.joints));
-  if (file.is_readable) scene.torques = torques_Nm;
+  if (v.reads() && file.is_readable) scene.torques = torques_Nm;
 }
 
 }  // namespace

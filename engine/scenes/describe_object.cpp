@@ -125,7 +125,7 @@ void describe_object(Visitor& v, ObjectSettings& object, bool is_found, bool fin
     v.key({"points", kNone, "10 .. 1000000", "(Required, but refused with a point cloud, which brings its own.)",
            "The samples of the object's surface."},
           object.points);
-  if (!is_sampled && !scan->file.empty() && v.has("points")) {
+  if (!is_sampled && v.has("points") && !scan->file.empty()) {
     v.refuse("points", "a point cloud brings its own points: leave this out");
   }
   v.key({"mass", kMass, "> 0", "", "The object's mass."}, object.mass_kg);

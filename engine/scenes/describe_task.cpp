@@ -19,10 +19,13 @@ using PhaseKind = Phase::Kind;
 namespace {
 
 void describe_translation(Visitor& v, Move& move) {
-  Vector3d by_m = move.amount * move.axis;
+  const Vector3d now_m = move.amount * move.axis;
+  Vector3d by_m = now_m;
   v.key({"by", kLength, "", "", "How far, along the object's axes at the start."}, by_m);
-  move.amount = by_m.norm();
-  if (move.amount > 0.0) move.axis = by_m / move.amount;
+  if (by_m != now_m) {  // Else rounding would change it.
+    move.amount = by_m.norm();
+    if (move.amount > 0.0) move.axis = by_m / move.amount;
+  }
   v.key({"from", kTime, ">= 0", "", "When it begins."}, move.from_s);
   v.key({"over", kTime, "> 0", "", "How long it takes."}, move.over_s);
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -228,6 +229,26 @@ class HandMaker {
   std::vector<Coupling> couplings_;
 };
 
+/// The hand that was read last, and from which text: scenes of a sweep, and one that is changed again and again, mostly
+/// have the same, and to parse it takes longer than all else of a scene. For any number of threads.
+class LastHand {
+ public:
+  [[nodiscard]] std::optional<Hand> of(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    return text == text_ ? std::optional(hand_) : std::nullopt;
+  }
+  void keep(const std::string& text, const Hand& hand) {
+    const std::lock_guard lock(mutex_);
+    text_ = text;
+    hand_ = hand;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::string text_;  ///< Empty: there is none yet.
+  Hand hand_;
+};
+
 }  // namespace
 
 bool is_hand_file(const std::filesystem::path& file) {
@@ -236,7 +257,9 @@ bool is_hand_file(const std::filesystem::path& file) {
 }
 
 Hand load_hand(const std::filesystem::path& file) {
+  static LastHand last;
   const std::string text = read_file(file);
+  if (std::optional<Hand> known = last.of(text)) return *std::move(known);
   if (const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
       first != text.npos && text[first] == '<') {
     throw ConfigError({{printable(file.string()), "", "is XML: `thenar hand import` makes a hand of MJCF or URDF"}});
@@ -251,7 +274,9 @@ Hand load_hand(const std::filesystem::path& file) {
   HandMaker maker(keys, root);
   Hand hand = maker.make();
   config.finish();
-  return coupled(std::move(hand), maker.couplings());
+  hand = coupled(std::move(hand), maker.couplings());
+  last.keep(text, hand);
+  return hand;
 }
 
 }  // namespace thenar

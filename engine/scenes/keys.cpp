@@ -38,11 +38,6 @@ const Key* find_key(Keys keys, std::string_view path) {
   return found == keys.end() ? nullptr : &*found;
 }
 
-const Key* find_live_key(Keys keys, std::string_view name) {
-  const auto found = std::ranges::find_if(keys, [&](const Key& key) { return !name.empty() && key.live.name == name; });
-  return found == keys.end() ? nullptr : &*found;
-}
-
 std::string_view parent_of(std::string_view path) {
   const std::size_t dot = path.rfind('.');
   return dot == path.npos ? "" : path.substr(0, dot);
@@ -71,7 +66,7 @@ std::string_view nearest_key(Keys keys, std::string_view path) {
     for (const Key* key : candidates) names.push_back(name_of(*key));
     const std::string_view nearest = nearest_word(name, names);
     const auto found = std::ranges::find(candidates, nearest, [](const Key* key) { return name_of(*key); });
-    return nearest.empty() ? "" : (*found)->path;
+    return nearest.empty() ? std::string_view() : (*found)->path;
   };
   const std::string_view parent = parent_of(path);
   const std::vector<const Key*> siblings = keys_below(keys, parent);

@@ -31,11 +31,15 @@ inline constexpr int kPerJoint = 0;
 
 /// How a key is changed while its scene runs, in the window: docs/reference/window.md.
 struct LiveKey {
-  std::string_view name;           ///< In messages, as "contact_Hz"; empty: it cannot be changed.
-  std::string_view label;          ///< For people: "contact rate".
-  std::string_view unit;           ///< Of the message's number; empty: a plain one.
-  double least = 0.0, most = 0.0;  ///< The number's range, or each number's; both 0: one of the words of a choice.
-  bool whole = false;              ///< It is a whole number.
+  std::string_view name;   ///< In messages, as "contact_Hz"; empty: it cannot be changed.
+  std::string_view label;  ///< For people: "contact rate".
+  /// Of the message's number: that of SI, or of a time "Hz", its reciprocal, or "periods", how many control periods it
+  /// is; empty: a plain number.
+  std::string_view unit;
+  /// The number's range, or each number's; of a choice with a range the number is the place of its word. Both 0: it is
+  /// one of the words of a choice.
+  double least = 0.0, most = 0.0;
+  bool whole = false;  ///< It is a whole number.
 };
 
 struct Key {
@@ -57,8 +61,6 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 
 /// Null if the table has no such key.
 [[nodiscard]] const Key* find_key(Keys keys, std::string_view path);
-/// The key that messages change by this name; null if there is none.
-[[nodiscard]] const Key* find_live_key(Keys keys, std::string_view name);
 /// The last name of a path, and what is before it: "friction" and "contact".
 [[nodiscard]] std::string_view name_of(const Key& key);
 [[nodiscard]] std::string_view parent_of(std::string_view path);

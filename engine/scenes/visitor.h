@@ -28,10 +28,12 @@ struct KeyRow {
 [[nodiscard]] bool may_be_missing(const KeyRow& row);
 
 /// Goes through a description of settings: a function describe(Visitor&, Settings&) that shows each key once with the
-/// field that its value belongs to. There are three visitors. The table of keys (engine/scenes/key_table.cpp) notes the
-/// rows and visits each branch, the reader (engine/scenes/config_reader.h) fills the fields from a file, and the writer
-/// (engine/scenes/config_writer.h) makes a file of them. What only some scenes have stands behind when(); what is wrong
-/// between keys is refused where both are known.
+/// field that its value belongs to. There are four visitors. The table of keys (engine/scenes/key_table.cpp) notes the
+/// rows and visits each branch, the reader (engine/scenes/config_reader.h) fills the fields from a file, the writer
+/// (engine/scenes/config_writer.h) makes a file of them, and the window's live settings (app/window/live_settings.cpp)
+/// read and change the few that may change in a run. What only some scenes have stands behind when(); what is wrong
+/// between keys is refused where both are known. A description changes no field by itself unless the visitor reads.
+/// A visitor that overrides nothing sees all that the settings have and does nothing.
 class Visitor {
  public:
   virtual ~Visitor() = default;
@@ -60,10 +62,10 @@ class Visitor {
     value = values[i];
   }
   /// Numbers, one a joint: of a hand without joints, which is the fault of another key, any number of them.
-  virtual void per_joint(const KeyRow& row, Eigen::VectorXd& values, Eigen::Index joints) = 0;
+  virtual void per_joint(const KeyRow&, Eigen::VectorXd&, Eigen::Index /*joints*/) {}
   /// The word that stands for the value or the map of this key, which is shown if there is none; `now`, if not empty,
   /// is written.
-  [[nodiscard]] virtual std::string word(const KeyRow& row, std::string_view now) = 0;
+  [[nodiscard]] virtual std::string word(const KeyRow&, std::string_view now) { return std::string(now); }
 
   /// Shows a map.
   template <typename Below>
@@ -95,7 +97,7 @@ class Visitor {
     leave();
   }
   /// Whether this key is the one; `now`: whether it is in the settings.
-  [[nodiscard]] virtual bool chooses(std::string_view name, bool now) = 0;
+  [[nodiscard]] virtual bool chooses(std::string_view /*name*/, bool now) { return now; }
   /// The alternative of a variant that a key stands for, made if it is chosen; null: another one is.
   template <typename T, typename Variant>
   [[nodiscard]] T* chosen(std::string_view name, Variant& variant) {
@@ -119,7 +121,7 @@ class Visitor {
   /// Whether what only some scenes have is to be shown: always to the table of keys.
   [[nodiscard]] virtual bool when(bool has_it) const { return has_it; }
   /// Whether a key of the current map, or of maps below it ("hand.slides"), is there; `now`: in the settings.
-  [[nodiscard]] virtual bool is_there(std::string_view name, bool now) = 0;
+  [[nodiscard]] virtual bool is_there(std::string_view /*name*/, bool now) { return now; }
 
   // Of the reader; of the others without effect.
   [[nodiscard]] virtual bool reads() const { return false; }
@@ -132,27 +134,28 @@ class Visitor {
   [[nodiscard]] virtual std::string location(std::string_view) { return ""; }
 
  protected:
-  virtual void number(const KeyRow& row, double& value) = 0;
-  virtual void numbers(const KeyRow& row, Eigen::Ref<Eigen::VectorXd> values) = 0;
-  virtual void count(const KeyRow& row, Eigen::Index& value) = 0;
-  virtual void rotation(const KeyRow& row, Eigen::Matrix3d& value) = 0;
-  virtual void flag(const KeyRow& row, bool& value) = 0;
-  virtual void text(const KeyRow& row, std::string& value) = 0;
-  virtual void texts(const KeyRow& row, std::vector<std::string>& value) = 0;
-  virtual void path(const KeyRow& row, std::filesystem::path& value) = 0;
-  virtual std::string choice_of(const KeyRow& row, std::string_view now) = 0;
-  virtual void enter(const KeyRow& row, KeyKind kind) = 0;
+  virtual void number(const KeyRow&, double&) {}
+  virtual void numbers(const KeyRow&, Eigen::Ref<Eigen::VectorXd>) {}
+  virtual void count(const KeyRow&, Eigen::Index&) {}
+  virtual void rotation(const KeyRow&, Eigen::Matrix3d&) {}
+  virtual void flag(const KeyRow&, bool&) {}
+  virtual void text(const KeyRow&, std::string&) {}
+  virtual void texts(const KeyRow&, std::vector<std::string>&) {}
+  virtual void path(const KeyRow&, std::filesystem::path&) {}
+  virtual std::string choice_of(const KeyRow&, std::string_view now) { return std::string(now); }
+  virtual void enter(const KeyRow&, KeyKind) {}
   /// False: it was a file.
-  [[nodiscard]] virtual bool enters_map(const KeyRow& row, std::filesystem::path& file) = 0;
+  [[nodiscard]] virtual bool enters_map(const KeyRow&, std::filesystem::path&) { return true; }
   /// How many items there are.
-  [[nodiscard]] virtual std::size_t begin_list(const KeyRow& row, std::size_t now) = 0;
-  virtual void begin_item(const KeyRow& row, std::size_t i) = 0;
+  [[nodiscard]] virtual std::size_t begin_list(const KeyRow&, std::size_t now) { return now; }
+  virtual void begin_item(const KeyRow&, std::size_t /*i*/) {}
   virtual void end_list() {}
-  virtual void leave() = 0;
+  virtual void leave() {}
 
- private:
+  /// The words of the range of a choice.
   [[nodiscard]] static std::vector<std::string_view> words_of_choice(std::string_view range);
 
+ private:
   template <typename T>
   static T zero() {
     if constexpr (requires { T::Zero(); }) {

@@ -10,7 +10,7 @@ namespace thenar {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactWorkspace& work) {
+ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactScratch& work) {
   const Index rows = 3 * frame.size();
   ContactFile problem;
   problem.units = "SI_m_N_displacement_level";

@@ -35,23 +35,6 @@ constexpr std::size_t kMostRows = 1'000'000;
 /// Digits of a value between two bounds: 0.3 of 0.1:0.5:5, and not 0.30000000000000004.
 constexpr int kDigits = 12;
 
-/// Measures of a row, by their section of summary.json, and with a prefix where the name alone would not tell.
-struct Measures {
-  const char *section, *prefix, *keys;
-};
-constexpr std::array<Measures, 8> kMeasures = {
-    {{"object", "", "final_error_mm rms_error_mm max_off_axis_error_mm final_rotation_deg max_rotation_deg"},
-     {"grasp", "",
-      "lost_at_s max_slip_mm max_start_slip_mm max_spin_deg max_start_spin_deg max_sliding_share max_creep_um_per_s "
-      "min_margin min_start_margin force_error_end force_error_rms_N"},
-     {"contacts", "contacts_", "min median max active_median"},
-     {"contacts", "", "max_penetration_um residual_p99 sweeps_median sweeps_max"},
-     {"frames", "", "handovers held_ticks"},
-     {"ledger", "", "injected_J dissipated_J unbalanced_J"},
-     {"joints", "joints_", "least_margin_rad"},
-     {"lcp", "", "grasp_infeasible muscle_infeasible unanswered muscle_residual_max"}}};
-constexpr const char* kChatter = "force_chatter";
-
 [[noreturn]] void refuse(const std::string& text, const std::string& what) {
   throw ConfigError({{"--vary " + text, "", what}});
 }
@@ -182,15 +165,6 @@ std::string csv_cell(const SweepRow& row, const std::string& name) {
   return value == row.measures.end() || value->is_null() ? "" : value->dump();
 }
 
-std::vector<std::string> measure_names() {
-  std::vector<std::string> names;
-  for (const auto& [section, prefix, keys] : kMeasures) {
-    for (const std::string_view key : words_of(keys)) names.push_back(std::string(prefix).append(key));
-  }
-  names.emplace_back(kChatter);
-  return names;
-}
-
 }  // namespace
 
 Variation read_variation(const std::string& text) {
@@ -281,19 +255,15 @@ Scene first_scene(const SweepPlan& plan) {
 }
 
 SweepRow sweep_row(const Model& model, const Recording& recording) {
-  const nlohmann::ordered_json summary = summarize(model, recording);
+  const RunView view = view_of(model, recording);
   SweepRow row{recording.verdict, nlohmann::ordered_json::object(),
                fmt::format("{}", fmt::join(model.scene.left_out, "; "))};
-  for (const auto& [section, prefix, keys] : kMeasures) {
-    for (const std::string_view key : words_of(keys)) {
-      // Slides have ends of their own.
-      const nlohmann::ordered_json value = summary.at(section).value(key, nlohmann::ordered_json(nullptr));
-      const bool nothing = value.is_number_float() && !std::isfinite(value.get<double>());
-      row.measures[std::string(prefix).append(key)] = nothing ? nlohmann::ordered_json(nullptr) : value;
-    }
+  for (const RunMeasure* const measure : sweep_measures()) {
+    // Slides have ends of their own.
+    const MeasureValue value = measure->is_in(view) ? measure->value(view) : MeasureValue();
+    const auto* const number = std::get_if<double>(&value);
+    row.measures[measure->column_name()] = number != nullptr && !std::isfinite(*number) ? nullptr : to_json(value);
   }
-  const double chatter = recording.verdict.force_chatter;
-  row.measures[kChatter] = std::isfinite(chatter) ? nlohmann::ordered_json(chatter) : nlohmann::ordered_json(nullptr);
   return row;
 }
 
@@ -330,7 +300,8 @@ void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int 
 }
 
 std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows) {
-  const std::vector<std::string> names = measure_names();
+  std::vector<std::string> names;
+  for (const RunMeasure* const measure : sweep_measures()) names.push_back(measure->column_name());
   std::vector<std::string> units;
   std::string csv;
   for (const Variation& variation : plan.vary) {

@@ -60,6 +60,7 @@ void expect_current(const fs::path& file, const std::string& command) {
 
 TEST(KeysProgram, ThePageOfKeysIsCurrent) { expect_current("docs/reference/scene.md", "keys --markdown"); }
 TEST(FieldsProgram, ThePageOfFieldsIsCurrent) { expect_current("docs/reference/fields.md", "fields"); }
+TEST(FieldsProgram, ThePageOfMeasuresIsCurrent) { expect_current("docs/reference/measures.md", "fields --measures"); }
 
 /// The lines of Python's stub below a comment, to the end of the class.
 std::string stub_below(const std::string& comment) {

@@ -20,8 +20,14 @@ struct Harmless {
   bool operator()(const thenar::window::Speed& speed) const { return speed.value >= 0.001 && speed.value <= 1.0; }
   bool operator()(const thenar::window::Ping& ping) const { return std::isfinite(ping.t); }
   bool operator()(const thenar::window::Set& set) const {
-    return set.friction.value_or(0.0) <= 2.0 && set.contact_Hz.value_or(200.0) >= 200.0 &&
-           set.contact_Hz.value_or(200.0) <= 10000.0 && set.max_sweeps.value_or(1) >= 1 && set.level.value_or(0) <= 6;
+    const auto within = [&](const char* name, double low, double high) {
+      const auto value = set.changes.find(name);
+      if (value == set.changes.end()) return true;
+      const double number = std::get<double>(value->second);
+      return number >= low && number <= high;
+    };
+    return within("friction", 0.0, 2.0) && within("contact_Hz", 200.0, 10000.0) && within("max_sweeps", 1.0, 1000.0) &&
+           within("level", 0.0, 6.0);
   }
   template <class Order>
   bool operator()(const Order&) const {

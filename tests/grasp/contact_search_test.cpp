@@ -134,11 +134,12 @@ TEST(ContactSearch, FramesAreValidOnAnyCloudAtAnyPose) {
         on.find(model);
         EXPECT_EQ(counter.count(), 0);
       }
-      ContactWorkspace work(model);
+      ContactMemory memory(model);
+      ContactScratch work(model);
       State state = on.state;
       on.frame.torque_Nm.setZero();
       on.frame.wrench.setZero();
-      const TickReport tick = contact_tick(model, on.frame, work, state);
+      const TickReport tick = contact_tick(model, on.frame, memory, work, state);
       EXPECT_NE(tick.solve.status, SolveStatus::kNotFinite);
       EXPECT_TRUE(state.q.allFinite() && state.X_WO.matrix().allFinite());
     }

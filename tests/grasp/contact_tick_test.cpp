@@ -95,7 +95,7 @@ TEST_F(MovingGrasp, DoesNotAllocateAfterTheFirstTick) {
   while (loop.state.tick < 200) {
     loop.control();
     const AllocationCounter counter;
-    contact_tick(model, loop.frame, loop.work, loop.state);
+    contact_tick(model, loop.frame, loop.memory, loop.work, loop.state);
     allocations += counter.count();
   }
   EXPECT_EQ(allocations, 0);
@@ -108,7 +108,7 @@ TEST_F(MovingGrasp, MovesFreelyWithoutContacts) {
   frame.torque_Nm.setConstant(0.01);
   frame.wrench << 1.0, 2.0, 3.0, 0.0, 0.0, 0.0;
   const State before = loop.state;
-  const TickReport report = contact_tick(model, frame, loop.work, loop.state);
+  const TickReport report = contact_tick(model, frame, loop.memory, loop.work, loop.state);
   EXPECT_EQ(report.contacts, 0);
   EXPECT_EQ(report.solve.status, SolveStatus::kConverged);
   EXPECT_TRUE(is_finite(loop.state));
@@ -157,7 +157,7 @@ TEST_F(MovingGrasp, StaysFiniteUnderHugeForces) {
     Frame frame = loop.frame;
     frame.wrench.setConstant(wrench);
     frame.torque_Nm.setConstant(-1e6);
-    const TickReport report = contact_tick(model, frame, loop.work, state);
+    const TickReport report = contact_tick(model, frame, loop.memory, loop.work, state);
     EXPECT_NE(report.solve.status, SolveStatus::kNotFinite);
     EXPECT_TRUE(is_finite(state));
     for (const ContactForce& force : state.forces) {

@@ -82,7 +82,7 @@ Steps steps_of(const Noise& noise, bool offset, std::uint64_t seed) {
   };
   GraspRun loops(model, settings);
   state = &loops.state;
-  if (!offset) loops.work.policy.offset_decay_s = 0.0;
+  if (!offset) loops.memory.policy.offset_decay_s = 0.0;
   Steps steps;
   while (loops.state.tick < 1000) {
     const auto before = loops.state.load;
@@ -168,7 +168,7 @@ TEST(HandOver, BooksWhatDroppedContactsHeld) {
   double expected_J = 0.0, all_J = 0.0;
   for (Index i = 0; i < loop.frame.size(); ++i) {
     const FrameContact& contact = loop.frame.contacts[i];
-    const Vector3d f_F = loop.work.kinematics.E_F[i] * loop.work.f.segment<3>(3 * i);
+    const Vector3d f_F = loop.work.kinematics.E_F[i] * loop.memory.f.segment<3>(3 * i);
     const double held_J = 0.5 * f_F.dot(displacement(loop.state, contact));
     all_J += held_J;
     const bool is_kept = std::ranges::any_of(fewer.contacts, [&](const auto& c) { return id_of(c) == id_of(contact); });
@@ -179,8 +179,9 @@ TEST(HandOver, BooksWhatDroppedContactsHeld) {
   ++same.sequence;
   fewer.sequence = same.sequence + 1;
   State state = loop.state;
-  EXPECT_EQ(contact_tick(loop.model, same, loop.work, state).ledger.dropped_J, 0.0);
-  EXPECT_NEAR(contact_tick(loop.model, fewer, loop.work, loop.state).ledger.dropped_J, expected_J, 1e-12 * all_J);
+  EXPECT_EQ(contact_tick(loop.model, same, loop.memory, loop.work, state).ledger.dropped_J, 0.0);
+  EXPECT_NEAR(contact_tick(loop.model, fewer, loop.memory, loop.work, loop.state).ledger.dropped_J, expected_J,
+              1e-12 * all_J);
 }
 
 TEST(HandOver, DoesNotAllocateWithNoisyFramesOrInAHold) {
@@ -189,10 +190,11 @@ TEST(HandOver, DoesNotAllocateWithNoisyFramesOrInAHold) {
   State state(model);
   Frame frame(model);
   Controller controller(model);
-  ContactWorkspace work(model, split_policy(model.scene));
+  ContactMemory memory(model, split_policy(model.scene));
+  ContactScratch work(model);
   std::mt19937_64 random(6);
   control_tick(model, state, controller, frame);
-  contact_tick(model, frame, work, state);
+  contact_tick(model, frame, memory, work, state);
   std::int64_t allocations = 0, held = 0;
   while (state.tick < 300) {
     if (state.tick % 50 == 0) {  // late for a hold in between
@@ -200,7 +202,7 @@ TEST(HandOver, DoesNotAllocateWithNoisyFramesOrInAHold) {
       spoil(model, state, {.gap_m = 20e-6, .normal_rad = 0.01745, .drop = 0.1}, random, frame);
     }
     const AllocationCounter counter;
-    held += contact_tick(model, frame, work, state).held ? 1 : 0;
+    held += contact_tick(model, frame, memory, work, state).held ? 1 : 0;
     allocations += counter.count();
   }
   EXPECT_GT(held, 100);
@@ -216,7 +218,7 @@ TEST_F(MovingGrasp, ForcesAreCarriedToANewFrameById) {
   const auto before = loop.state.forces;
   loop.model.scene.contact.tolerance = 1e9;
   loop.control();
-  contact_tick(model, loop.frame, loop.work, loop.state);
+  contact_tick(model, loop.frame, loop.memory, loop.work, loop.state);
 
   ASSERT_EQ(std::ssize(loop.state.forces), loop.frame.size());
   int carried = 0;

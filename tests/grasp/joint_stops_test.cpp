@@ -95,8 +95,8 @@ TEST(JointStops, AreThoseOfOneProblemOfContactsAndStops) {
       delta_free.head(3 * n) = loop.work.delta_free.head(3 * n);
       for (Index j = 0; j < joints; ++j) {
         const Joint& joint = model.scene.hand.joints[j];
-        if (loop.work.stops.side[j] != 0) {
-          const double to_stop = (loop.work.stops.side[j] > 0 ? joint.upper_rad : joint.lower_rad) - q[j];
+        if (loop.memory.stops.side[j] != 0) {
+          const double to_stop = (loop.memory.stops.side[j] > 0 ? joint.upper_rad : joint.lower_rad) - q[j];
           delta_free.head(3 * n) += J.block(0, j, 3 * n, 1) * (free_dq[j] - to_stop);
         }
         const Index lower = 3 * (n + 2 * j), upper = lower + 3;
@@ -119,7 +119,7 @@ TEST(JointStops, AreThoseOfOneProblemOfContactsAndStops) {
         EXPECT_NEAR(report.stop_Nm[j], stop_Nm, 1e-7) << model.scene.hand.joints[j].name;
       }
       const double scale_N = f.head(3 * n).cwiseAbs().maxCoeff();
-      EXPECT_LE((loop.work.f.head(3 * n) - f.head(3 * n)).cwiseAbs().maxCoeff(), 1e-5 * scale_N);
+      EXPECT_LE((loop.memory.f.head(3 * n) - f.head(3 * n)).cwiseAbs().maxCoeff(), 1e-5 * scale_N);
       ++compared;
     }
   }
@@ -180,7 +180,7 @@ TEST(JointStops, CostNothingWhereNothingReachesThem) {
   const AllocationCounter counter;
   for (int tick = 0; tick < 300; ++tick) {
     stopped.controller.period_s = scene.control_period_s;
-    ticks += stopped_in(contact_tick(stopped.model, stopped.frame, stopped.work, stopped.state)) > 0;
+    ticks += stopped_in(contact_tick(stopped.model, stopped.frame, stopped.memory, stopped.work, stopped.state)) > 0;
   }
   EXPECT_EQ(counter.count(), 0);
   EXPECT_GT(ticks, 100);

@@ -117,7 +117,7 @@ TEST(SoftObject, EqualHalvesShareTheDisplacement) {
   loop.tick();
   double of_pulp = 0.0, of_object = 0.0;
   for (Index i = 0; i < loop.frame.size(); ++i) {
-    const Vector3d f = loop.work.f.segment<3>(3 * i);
+    const Vector3d f = loop.memory.f.segment<3>(3 * i);
     of_pulp += f.dot(loop.work.kinematics.E_F[i].transpose() * displacement(loop.state, loop.frame.contacts[i]));
     of_object += f.dot(loop.work.kinematics.u_object_m.col(i));
   }
@@ -305,7 +305,7 @@ TEST(SoftObject, DoesNotAllocateAfterTheFirstTick) {
   while (loop.state.tick < 100) {
     loop.control();
     const AllocationCounter counter;
-    contact_tick(loop.model, loop.frame, loop.work, loop.state);
+    contact_tick(loop.model, loop.frame, loop.memory, loop.work, loop.state);
     allocations += counter.count();
   }
   EXPECT_EQ(allocations, 0);
@@ -385,7 +385,7 @@ TEST(SoftObject, DumpsTheProblemThatItSolves) {
   const ContactFile problem = contact_problem_file(loop.model, loop.frame, loop.work);
   const Index rows = problem.W.rows();
   ASSERT_GT(rows, 0);
-  const VectorXd delta = problem.W * loop.work.f.head(rows) + problem.delta_free[0];
+  const VectorXd delta = problem.W * loop.memory.f.head(rows) + problem.delta_free[0];
   EXPECT_LE((delta - loop.work.delta.head(rows)).norm(), 1e-9 * problem.delta_free[0].norm());
 }
 

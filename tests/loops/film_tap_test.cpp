@@ -17,7 +17,7 @@ TEST(FilmTap, HasTheContactsOfATick) {
   Loop loop(scene_of("box_grasp", {kCoarseBox}));
   loop.run(0.2);
   TickContacts tick(loop.model);
-  take_contacts(loop.state, loop.work, tick);
+  take_contacts(loop.state, loop.memory, loop.work, tick);
   EXPECT_EQ(tick.tick, loop.state.tick);
   ASSERT_EQ(tick.count, loop.state.forces.size());
   ASSERT_GT(tick.count, 10U);
@@ -45,7 +45,7 @@ TEST(FilmTap, KeepsWithoutMemoryAndCountsWhatItLoses) {
   const AllocationCounter counter;
   for (int i = 0; i < kTicks; ++i) {
     ++loop.state.tick;
-    tap.keep(loop.state, loop.work, std::nullopt);
+    tap.keep(loop.state, loop.memory, loop.work, std::nullopt);
   }
   const std::int64_t taken = counter.count();
   EXPECT_EQ(taken, 0);
@@ -102,7 +102,7 @@ TEST(FilmTap, FindsThePictureOfATick) {
   EXPECT_EQ(tap.picture_of(1), nullptr);
   for (const std::int64_t tick : {3, 4, 6}) {
     loop.state.tick = tick;
-    tap.keep(loop.state, loop.work, std::nullopt);
+    tap.keep(loop.state, loop.memory, loop.work, std::nullopt);
   }
   EXPECT_EQ(tap.picture_of(2), nullptr);
   ASSERT_NE(tap.picture_of(4), nullptr);

@@ -17,7 +17,7 @@ TEST(RecordingFile, TakesAPictureWithoutMemory) {
   Picture picture(loop.model);
   loop.run(0.2);
   const AllocationCounter counter;
-  take_picture(loop.state, loop.work, picture);
+  take_picture(loop.state, loop.memory, loop.work, picture);
   EXPECT_EQ(counter.count(), 0);
   EXPECT_FALSE(picture.contacts.empty());
 }
@@ -27,7 +27,7 @@ TEST(Picture, ShowsHowFastEachContactSlips) {
   Loop loop(scene_of("box_grasp", {kCoarseBox, "contact.friction=0.1"}));  // Which does not hold the box.
   Picture picture(loop.model);
   loop.run(0.02);
-  take_picture(loop.state, loop.work, picture);
+  take_picture(loop.state, loop.memory, loop.work, picture);
   double fastest_m_per_s = 0.0;
   for (std::size_t i = 0; i < picture.contacts.size(); ++i) {
     const double speed_m_per_s = picture.contacts[i].slip_m_per_s;
@@ -45,7 +45,7 @@ TEST(Picture, ShowsContactsAtEdgesAsWhatTheyAre) {
   Loop loop(scene_of("box_edge"));
   Picture picture(loop.model);
   loop.run(0.1);
-  take_picture(loop.state, loop.work, picture);
+  take_picture(loop.state, loop.memory, loop.work, picture);
   int parts = 0, leaning = 0;
   for (const ShownContact& contact : picture.contacts) {
     EXPECT_GT(contact.share, 0.0);

@@ -21,7 +21,7 @@ TEST(ShownEnvironment, CarriesTheBoxWhereItsWeightGoes) {
   Loop loop(scene_of("resting_box"));
   loop.run(1.0);
   Picture picture(loop.model);
-  take_picture(loop.state, loop.work, picture);
+  take_picture(loop.state, loop.memory, loop.work, picture);
   const ShownEnvironment shown = shown_environment(loop.model, picture);
   const Vector3d weight_N = loop.model.scene.object.mass_kg * loop.model.scene.gravity;
   // What is left of the start has gone by exp(-t / 10 ms), m / d of the object: the solver's tolerance of 1e-6 decides.
@@ -45,7 +45,7 @@ TEST(ShownEnvironment, TakesItsPictureWithoutMemory) {
   Picture picture(loop.model);
   loop.run(0.05);
   const AllocationCounter counter;
-  take_picture(loop.state, loop.work, picture);
+  take_picture(loop.state, loop.memory, loop.work, picture);
   EXPECT_EQ(counter.count(), 0);
   EXPECT_FALSE(picture.touches.empty());
 }
@@ -92,7 +92,7 @@ TEST(LiveHands, DoNotPullAPegOutOfItsHole) {
     const std::int64_t now_ns = tick * 1'000'000;
     input.pull_heard_ns = now_ns;
     loop.tick(hands.next(input, loop.state, now_ns));
-    take_picture(loop.state, loop.work, picture);
+    take_picture(loop.state, loop.memory, loop.work, picture);
     // Object and walls give way by 100 nm/N, and lean on two places with the forces of a lever: no more than ten times
     // the 2 N of the pull at each. Tilted by no more than 0.2 mm in 40 mm, the peg's section is wider by 2e-5 of it.
     const double most_m = reach_m - radius_m + 20.0 * 100e-9 + 2e-5 * radius_m;

@@ -29,7 +29,8 @@ TEST(SplitGrasp, IsTheTwoTicksAndAnExchange) {
   State state(model);
   Frame frame(model);
   Controller controller(model);
-  ContactWorkspace work(model, split_policy(model.scene));
+  ContactMemory memory(model, split_policy(model.scene));
+  ContactScratch work(model);
   control_tick(model, state, controller, frame);
   EXPECT_GE(grasp.first_control().total_s, 0.0);
   EXPECT_GT(grasp.first_control().f_desired.norm(), 0.0);
@@ -42,7 +43,7 @@ TEST(SplitGrasp, IsTheTwoTicksAndAnExchange) {
       EXPECT_EQ(step.sequence, frame.sequence);
       EXPECT_EQ(step.snapshot_tick, tick);
     }
-    const TickReport report = contact_tick(model, frame, work, state);
+    const TickReport report = contact_tick(model, frame, memory, work, state);
     const ContactStep step = grasp.contact_step();
     ASSERT_EQ(step.tick.sequence, report.sequence);
     ASSERT_EQ(step.tick.handed_over, report.handed_over);

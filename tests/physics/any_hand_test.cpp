@@ -122,7 +122,7 @@ TEST_P(AnyHand, ObeysTheLawsOfATick) {
   EXPECT_GT(active, 60 * loop.model.fingers());
   if (!AllocationCounter::is_available()) return;
   const AllocationCounter counter;
-  for (int tick = 0; tick < 20; ++tick) (void)contact_tick(loop.model, loop.frame, loop.work, loop.state);
+  for (int tick = 0; tick < 20; ++tick) (void)contact_tick(loop.model, loop.frame, loop.memory, loop.work, loop.state);
   EXPECT_EQ(counter.count(), 0);
 }
 

@@ -119,7 +119,7 @@ Met meet(Model model, double thickness_m, const Frames& frames, std::uint64_t se
   place(thumb, A, Matrix3d::Identity(), {x_m, y_m, 0.5 * thickness_m}, uniform(random, 0.5e-3, 12e-3), scene);
   push(A.col(2), 2.0, 0.5, scene);
   GraspRun loops(model, LockstepSettings{});
-  if (frames.delay_s == 0.0) loops.work.policy = {};  // one loop
+  if (frames.delay_s == 0.0) loops.memory.policy = {};  // one loop
   Met met;
   while (static_cast<double>(loops.state.tick) * frames.step_s < 0.15) {
     loops.tick();

@@ -38,7 +38,7 @@ Outage outage_with(const LockstepSettings& settings, double from_s, double lasts
   overrides.insert(overrides.end(), {kCoarseBox, "time.control_period=5 ms"});
   const Model model = build_model(scene_of("box_grasp", overrides));
   GraspRun loops(model, settings);
-  if (hold_after_s > 0.0) loops.work.policy.hold_after_s = hold_after_s;
+  if (hold_after_s > 0.0) loops.memory.policy.hold_after_s = hold_after_s;
   Outage out;
   const double h = model.scene.step_s;
   Vector3d held_at = Vector3d::Zero();
@@ -230,17 +230,17 @@ TEST(TickInput, WhatIsNotFiniteMovesNothing) {
   Loop loop(scene_of("box_grasp", {kCoarseBox}));
   loop.run(50e-3);
   State with = loop.state, without = loop.state;
-  ContactWorkspace work_with = loop.work, work_without = loop.work;
+  ContactMemory memory_with = loop.memory, memory_without = loop.memory;
   TickInput bad;
   bad.wrench[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(contact_tick(loop.model, loop.frame, work_with, with, bad).input_refused);
-  contact_tick(loop.model, loop.frame, work_without, without);
+  EXPECT_TRUE(contact_tick(loop.model, loop.frame, memory_with, loop.work, with, bad).input_refused);
+  contact_tick(loop.model, loop.frame, memory_without, loop.work, without);
   EXPECT_EQ(with.q, without.q);
   EXPECT_EQ(with.X_WO.matrix(), without.X_WO.matrix());
 
   Frame frame = loop.frame;
   frame.torque_Nm[0] = kInf;
-  const TickReport report = contact_tick(loop.model, frame, work_with, with);
+  const TickReport report = contact_tick(loop.model, frame, memory_with, loop.work, with);
   EXPECT_EQ(report.solve.status, SolveStatus::kNotFinite);
   EXPECT_EQ(with.q, without.q);
   EXPECT_EQ(with.X_WO.matrix(), without.X_WO.matrix());
@@ -250,7 +250,8 @@ TEST(TickInput, WhatIsNotFiniteMovesNothing) {
   TickInput absurd;
   absurd.wrench.setConstant(1e200);
   const State before = with;
-  EXPECT_EQ(contact_tick(loop.model, loop.frame, work_with, with, absurd).solve.status, SolveStatus::kNotFinite);
+  EXPECT_EQ(contact_tick(loop.model, loop.frame, memory_with, loop.work, with, absurd).solve.status,
+            SolveStatus::kNotFinite);
   EXPECT_EQ(with.X_WO.matrix(), before.X_WO.matrix());
 }
 

@@ -104,12 +104,12 @@ TEST(Ledger, NoContactHidesAnother) {
   int both = 0;
   for (int tick = 0; tick < 50; ++tick) {
     const TickReport report = loop.tick();
-    const ContactWorkspace& work = loop.work;
+    const ContactScratch& work = loop.work;
     double injected_J = 0.0, dissipated_J = 0.0;
     for (Index i = 0; i < loop.frame.size(); ++i) {
-      const Vector3d f = work.f.segment<3>(3 * i);
+      const Vector3d f = loop.memory.f.segment<3>(3 * i);
       Vector3d w = work.delta.segment<3>(3 * i);
-      w[0] -= work.kinematics.gap_m[i] + work.kinematics.gap_unit[i] * work.offset_m[i];
+      w[0] -= work.kinematics.gap_m[i] + work.kinematics.gap_unit[i] * loop.memory.offset_m[i];
       (f.dot(w) > 0.0 ? injected_J : dissipated_J) += std::abs(f.dot(w));
     }
     EXPECT_NEAR(report.ledger.injected_J, injected_J, 1e-18);
@@ -207,8 +207,8 @@ TEST(Ledger, OnlyAnUndeformedPulpThatLiesInTheObjectIsPressedAtTheStart) {
   State state = loop.state;
   const Eigen::MatrixX3d u_m = state.u_m[0];
   state.forces.clear();
-  ContactWorkspace fresh(loop.model);
-  contact_tick(loop.model, loop.frame, fresh, state);
+  ContactMemory fresh(loop.model);
+  contact_tick(loop.model, loop.frame, fresh, loop.work, state);
   EXPECT_NEAR((state.u_m[0] - u_m).norm(), 0.0, 1e-6 * u_m.norm());
 }
 
@@ -228,7 +228,7 @@ TEST(Ledger, StoredEnergyIsThatOfTheForcesThatHoldThePulp) {
     TickInput input;
     if (tick >= 110) input.wrench.head<3>() = loop.model.scene.object.X_WO.linear() * Vector3d(0.8, 0.0, 0.0);
     if (tick == 0) loop.control();
-    const TickReport report = contact_tick(loop.model, loop.frame, loop.work, loop.state, input);
+    const TickReport report = contact_tick(loop.model, loop.frame, loop.memory, loop.work, loop.state, input);
     const auto load = [&](Index i) -> Vector3d { return loop.work.kinematics.E_F[i] * loop.state.forces[i].f_C; };
     // What held the pulp at the start is not known here. It is forgotten with rho a tick: 5e-9 of it are left after 95.
     if (tick == 0) {

@@ -139,7 +139,7 @@ TEST(SplitAccuracy, TheReferenceSceneIsHeldByControlAt200Hz) {
 
 /// A tick of the model's step with forces from the operator of another model's. `model` must allow no sweeps.
 TickReport tick_with_foreign_operator(const Model& model, const Model& foreign, const Frame& frame,
-                                      ContactWorkspace& work, State& state) {
+                                      ContactMemory& memory, ContactScratch& work, State& state) {
   const Index n = frame.size();
   forward_kinematics(model.scene.hand, state.q, work.pose);
   contact_kinematics(model, frame, work.pose, state, work.kinematics);
@@ -168,8 +168,8 @@ TickReport tick_with_foreign_operator(const Model& model, const Model& foreign, 
   for (Index i = 0; i < n; ++i) {
     state.forces.push_back({frame.contacts[i].finger, frame.contacts[i].control_point, f.segment<3>(3 * i)});
   }
-  work.sequence = -1;
-  return contact_tick(model, frame, work, state);
+  memory.sequence = -1;
+  return contact_tick(model, frame, memory, work, state);
 }
 
 /// The box carried for 1.3 s with the operator of another step, in steps of 1 ms and frames of 5 ms.
@@ -180,10 +180,11 @@ Snapshot carried_with_operator_of(double operator_step_s, const Scene& scene) {
   State state(model);
   Frame frame(model);
   Controller controller(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   while (state.tick < 1300) {
     if (model.control_is_due(state.tick)) (void)control_tick(model, state, controller, frame);
-    (void)tick_with_foreign_operator(model, foreign, frame, work, state);
+    (void)tick_with_foreign_operator(model, foreign, frame, memory, work, state);
   }
   return state;
 }
@@ -300,7 +301,7 @@ TEST(Lockstep, IsOneLoopWhenEveryStepHasItsFrame) {
   const Model model = early_box({"time.step=1 ms", "time.control_period=1 ms", "contact.max_per_finger=40"});
   Loop loop(model.scene);
   GraspRun plain(model, LockstepSettings{}), offset(model, LockstepSettings{});
-  plain.work.policy.offset_decay_s = 0.0;
+  plain.memory.policy.offset_decay_s = 0.0;
   for (int tick = 0; tick < 300; ++tick) {
     loop.tick();
     plain.tick();

@@ -41,7 +41,7 @@ double creep_m_per_s(GraspRun& run) {
   forward_kinematics(model.scene.hand, run.state.q, pose_after);
   double fastest_m = 0.0;
   for (Index i = 0; i < run.frame.size(); ++i) {
-    const Vector3d f = run.work.f.segment<3>(3 * i);
+    const Vector3d f = run.memory.f.segment<3>(3 * i);
     if (f[0] <= 1e-6 || f.tail<2>().norm() > 0.99 * model.scene.contact.friction * f[0]) continue;
     const FrameContact& contact = run.frame.contacts[i];
     const Vector3d way_O =
@@ -73,10 +73,10 @@ double worst_misprediction_m(GraspRun& run) {
   dx << after.X_WO.translation() - before.X_WO.translation(), turn.angle() * turn.axis();
   double worst_m = 0.0;
   for (Index i = 0; i < run.frame.size(); ++i) {
-    if (!(run.work.f[3 * i] > 0.0)) continue;
+    if (!(run.memory.f[3 * i] > 0.0)) continue;
     const FrameContact& contact = run.frame.contacts[i];
     Vector3d predicted = run.work.delta.segment<3>(3 * i);
-    predicted[0] -= now.gap_m[i] + now.gap_unit[i] * run.work.offset_m[i];
+    predicted[0] -= now.gap_m[i] + now.gap_unit[i] * run.memory.offset_m[i];
     predicted -= now.J_finger.middleRows<3>(3 * i) * model.scene.hand.of_finger(contact.finger, dq).head<4>();
     predicted -= now.J_object.middleRows<3>(3 * i).leftCols<6>() * dx;
     Vector3d committed = now.E_F[i].transpose() * (displacement(after, contact) - displacement(before, contact));

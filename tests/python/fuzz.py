@@ -98,7 +98,8 @@ def poke(random_, run):
         lambda: run.close() if random_.random() < 0.1 else None, lambda: sum(map(float, np.ravel(run.q_rad))),
         lambda: run.contacts["force_N"].sum(), lambda: thenar.rollout([run, run.copy()], value(), every=value()),
         lambda: thenar.rollout([run.copy(), run], random_.randint(0, 9), threads=2, signals=random_.choice([["margin"], value()])),
-        lambda: threads_at_once(run),
+        lambda: threads_at_once(run), lambda: run.set_state(run.copy().state()), lambda: run.set_state(value()),
+        lambda: run.set_state(run.state()[:random_.randint(0, 40000)]),
     ])
     return act()
 

@@ -75,6 +75,58 @@ class SameBits(unittest.TestCase):
         self.assertTrue(np.array_equal(one.object, two.object))
         self.assertTrue(np.array_equal(one.slip_m, two.slip_m))
 
+    def test_state_goes_on_as_a_copy(self):
+        """With the same bits, all that is told of the run included: another simulation, and the same one set back."""
+        soft = {"object.compliance": "{reduced_modulus: 1 MPa, poisson: 0.5, relaxation: 5 ms}"}
+        late = {"jitter_s": 1e-3, "seed": 7}
+        for scene, lockstep in ((box(), False), (box(), late), (thenar.Scene("box_grasp", {**QUICK, **soft}), False),
+                                (wet(), late), (thenar.Scene("resting_box"), False),
+                                (thenar.Scene("pick_and_place"), False)):
+            one, other = thenar.Simulation(scene, lockstep=lockstep), thenar.Simulation(scene, lockstep=lockstep)
+            one.step(90)
+            other.step(7)
+            copy, state = one.copy(), one.state()
+            self.assertIsInstance(state, bytes)
+            other.set_state(state)
+            self.assertEqual(other.state(), state)
+            self.assertTrue(np.array_equal(one.contacts, other.contacts))
+            self.assertTrue(np.array_equal(one.margin, other.margin, equal_nan=True))
+            for run in (one, copy, other):
+                run.step(50)
+            after = one.state()
+            one.set_state(state)
+            one.step(50)
+            for run in (copy, other, one):
+                self.assertTrue(np.array_equal(run.object, copy.object), scene.name)
+                self.assertTrue(np.array_equal(run.slip_m, copy.slip_m), scene.name)
+                self.assertEqual(run.report, copy.report)
+            self.assertEqual(len(after), len(one.state()))
+
+    def test_state_refuses_what_is_none(self):
+        run = thenar.Simulation(box())
+        run.step(20)
+        state, before = run.state(), run.object.copy()
+        bad = [state[:i * len(state) // 50] for i in range(50)] + [state + b"0", b"thenar state" * 9, b"\xff" * 99]
+        bad += [state[:i] + bytes([state[i] ^ 1]) + state[i + 1:] for i in range(0, len(state), len(state) // 20)]
+        bad += [thenar.Simulation(thenar.Scene("minimal")).state(), thenar.Simulation(box(), lockstep=True).state()]
+        for bytes_ in bad:
+            with self.assertRaises(ValueError):
+                run.set_state(bytes_)
+        with self.assertRaises(TypeError):
+            run.set_state("state")
+        self.assertTrue(np.array_equal(run.object, before))
+        self.assertEqual(run.tick, 20)
+        run.set_state(state)
+
+    def test_state_keeps_the_laws(self):
+        calls = []
+        run = thenar.Simulation(box(), torques=lambda period: calls.append(1) or period.published_torques())
+        run.step(5)
+        run.set_state(run.state())
+        before = len(calls)
+        run.step(5)
+        self.assertGreater(len(calls), before)
+
 
 class Views(unittest.TestCase):
     FIELDS = {"q_rad": (12,), "object": (4, 4), "force_N": (3, 3), "centre_m": (3, 3), "normal": (3, 3),

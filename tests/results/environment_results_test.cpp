@@ -142,7 +142,7 @@ TEST(Environment, OthersSeeItsBodies) {
   GraspRun loops(run.model);
   loops.tick();
   Picture picture(run.model);
-  take_picture(loops.state, loops.work, picture);
+  take_picture(loops.state, loops.memory, loops.work, picture);
   const ordered_json frames =
       frame_transforms(run.model, picture, Eigen::Isometry3d::Identity(), 1e-3).at("transforms");
   EXPECT_EQ(frames.back().at("child_frame_id"), "around/4");

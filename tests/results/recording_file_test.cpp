@@ -40,7 +40,7 @@ struct Film {
   std::optional<State> tick() {
     const TickReport contact = loops.tick();
     TickRecord record = tick_record(model, loops.state, contact, loops.report);
-    film.add(loops.state, loops.work, record, loops.controller.f_muscle);
+    film.add(loops.state, loops.memory, loops.work, record, loops.controller.f_muscle);
     if (!film.is_due(loops.state.tick)) return std::nullopt;
     return loops.state;
   }
@@ -93,7 +93,7 @@ TEST(RecordingFile, ShowsContactsThatAddUpToTheFingersLoads) {
   Picture picture(grasp.model);
   while (grasp.loops.state.tick < 300) {
     grasp.tick();
-    take_picture(grasp.loops.state, grasp.loops.work, picture);
+    take_picture(grasp.loops.state, grasp.loops.memory, grasp.loops.work, picture);
     ASSERT_EQ(std::ssize(picture.contacts), grasp.loops.frame.size());
     for (int k = 0; k < kFingers; ++k) {
       Vector3d sum = Vector3d::Zero();

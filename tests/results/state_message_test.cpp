@@ -24,7 +24,7 @@ TEST(StateMessage, HasTheFieldsThatItsSceneTells) {
     Loop loop(scene_of(name));
     loop.run(0.05);
     Picture picture(loop.model);
-    take_picture(loop.state, loop.work, picture);
+    take_picture(loop.state, loop.memory, loop.work, picture);
     const TickRecord tick = tick_record(loop.model, loop.state, loop.tick(), loop.report);
     std::string bytes;
     write_state_message(loop.model, picture, tick, loop.controller.f_muscle, {}, bytes);
@@ -98,7 +98,7 @@ TEST(StateMessage, SpeaksOfBodiesWhereTheSceneHasSome) {
   EXPECT_EQ(bodies, ordered_json::parse(R"([{"name": "slope", "shape": "plane", "size_m": [0.0, 0.0, 0.0]}])"));
   loop.run(0.05);
   Picture picture(loop.model);
-  take_picture(loop.state, loop.work, picture);
+  take_picture(loop.state, loop.memory, loop.work, picture);
   std::string bytes;
   const TickRecord tick = tick_record(loop.model, loop.state, loop.tick(), loop.report);
   write_state_message(loop.model, picture, tick, loop.controller.f_muscle, {}, bytes);

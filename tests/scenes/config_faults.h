@@ -24,7 +24,7 @@ using enum Dimension;
 /// A key of a test's own table, which must be there unless `without` says what holds otherwise.
 inline Key key(std::string_view path, KeyKind kind, std::string_view range = "", Dimension dimension = kNone,
                int items = 1, std::string_view without = "") {
-  return {path, kind, dimension, range, without, "", items};
+  return {std::string(path), kind, dimension, range, without, "", items};
 }
 
 inline Key length(std::string_view path, std::string_view range = "", std::string_view without = "") {

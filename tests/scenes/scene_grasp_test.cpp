@@ -70,10 +70,11 @@ TEST(SceneGrasp, BeginsWithTheLoadThatTheControllerAsksFor) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   const ControlReport report = control_tick(model, state, controller, frame);
   EXPECT_EQ(report.grasp, GraspStatus::kOptimal);
-  (void)contact_tick(model, frame, work, state);
+  (void)contact_tick(model, frame, memory, work, state);
   double least_N = 1e9;
   for (int k = 0; k < model.fingers(); ++k) {
     const FingerLoad& load = state.load[k];
@@ -102,11 +103,12 @@ TEST(SceneGrasp, FindsTheTorquesOfASceneWithoutControl) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   PerFinger<double> first_N(model.fingers());
   for (int tick = 0; tick < 100; ++tick) {
     (void)control_tick(model, state, controller, frame);
-    (void)contact_tick(model, frame, work, state);
+    (void)contact_tick(model, frame, memory, work, state);
     for (int k = 0; k < model.fingers(); ++k) {
       if (tick == 0) first_N[k] = state.load[k].normal_N;
       EXPECT_NEAR(state.load[k].normal_N, first_N[k], 0.05 * first_N[k]) << k << " at " << tick;

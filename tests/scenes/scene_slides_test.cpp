@@ -1,4 +1,3 @@
-#include "engine/scenes/scene_slides.h"
 
 #include <gtest/gtest.h>
 

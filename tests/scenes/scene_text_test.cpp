@@ -64,6 +64,19 @@ TEST(SceneText, ReadsBackAsTheSameScene) {
   }
 }
 
+// A body names its friction only where bodies differ in it.
+TEST(SceneText, NamesTheFrictionOfBodiesOnce) {
+  Scene scene = scene_of("resting_box");
+  Environment& environment = *scene.environment;
+  environment.bodies.push_back(environment.bodies[0]);
+  EXPECT_NE(scene_text(scene, {}).find("environment:\n  friction: 0.3\n"), std::string::npos);
+  environment.bodies[1].friction = 0.7;
+  const std::string text = scene_text(scene, {});
+  EXPECT_EQ(text.find("environment:\n  friction:"), std::string::npos);
+  EXPECT_NE(text.find("friction: 0.3\n", text.find("environment:")), std::string::npos);
+  EXPECT_NE(text.find("friction: 0.7\n", text.find("environment:")), std::string::npos);
+}
+
 TEST(SceneText, WritesWhatIsAskedOfAGrasp) {
   Scene scene = scene_to_begin_with(scene_of("minimal").hand, {"mug.obj", 1e-3}, 0.08, 0.6);
   SceneTextNotes notes;

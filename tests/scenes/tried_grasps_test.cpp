@@ -61,9 +61,10 @@ double first_miss(const Model& model) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   const ControlReport report = control_tick(model, state, controller, frame);
-  (void)contact_tick(model, frame, work, state);
+  (void)contact_tick(model, frame, memory, work, state);
   double worst = 0.0;
   for (int k = 0; k < model.fingers(); ++k) {
     const Vector3d n = report.contacts[k].axes.col(0);
@@ -92,11 +93,12 @@ double muscle_share(const Model& model, int from, int to) {
   State state(model);
   Controller controller(model);
   Frame frame(model);
-  ContactWorkspace work(model);
+  ContactMemory memory(model);
+  ContactScratch work(model);
   double share = 0.0;
   for (int tick = 0; tick < to; ++tick) {
     (void)control_tick(model, state, controller, frame);
-    (void)contact_tick(model, frame, work, state);
+    (void)contact_tick(model, frame, memory, work, state);
     if (tick < from) continue;
     for (Eigen::Index m = 0; m < controller.f_muscle.size(); ++m) {
       share =

@@ -19,12 +19,12 @@ namespace {
 using Eigen::VectorXd;
 
 /// The dense problem that the last tick's forces have the residual of that the tick reported, with W in factors.
-void expect_last_problem(const Model& model, const Frame& frame, const ContactWorkspace& work,
-                         const TickReport& report) {
+void expect_last_problem(const Model& model, const Frame& frame, const ContactMemory& memory,
+                         const ContactScratch& work, const TickReport& report) {
   const ContactFile problem = contact_problem_file(model, frame, work);
   ASSERT_EQ(problem.contacts(), report.contacts);
   ASSERT_GT(problem.contacts(), 0);
-  const VectorXd f = work.f.head(3 * problem.contacts());
+  const VectorXd f = memory.f.head(3 * problem.contacts());
   // Gaps differ by the rounding of sums of some hundred terms: 1e-12 of the scale.
   EXPECT_NEAR(contact_residual(problem.problem(), f).norm, report.solve.residual, 1e-12);
 }
@@ -33,10 +33,10 @@ TEST(ProblemDump, ContactProblemsAreThoseOfTheTick) {
   Loop loop(scene_of("box_grasp", {kCoarseBox, "contact.max_per_finger=5"}));
   loop.run(0.05);
   for (int i = 0; i < 5; ++i) {
-    const VectorXd before = loop.work.f;
+    const VectorXd before = loop.memory.f;
     const std::vector<FrameContact> contacts = loop.frame.contacts;
     const TickReport report = loop.tick();
-    expect_last_problem(loop.model, loop.frame, loop.work, report);
+    expect_last_problem(loop.model, loop.frame, loop.memory, loop.work, report);
     // The first guess is what the tick before left, contact by contact.
     const ContactFile problem = contact_problem_file(loop.model, loop.frame, loop.work);
     Eigen::Index kept = 0;
@@ -65,7 +65,7 @@ TEST(ProblemDump, ContactProblemsOfAHoldHaveItsStiffness) {
     const TickReport report = loops.tick();
     if (!report.held) continue;
     ++held;
-    expect_last_problem(model, loops.frame, loops.work, report);
+    expect_last_problem(model, loops.frame, loops.memory, loops.work, report);
   }
   EXPECT_GT(held, 10);
 }

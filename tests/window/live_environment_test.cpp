@@ -18,11 +18,8 @@ using namespace shown_session;
 /// On its slope, with loops that are slow enough for a machine that is busy.
 Scene resting_box() { return scene_of("resting_box", {"time.step=2 ms"}); }
 
-Set friction_of(double friction) {
-  Set set;
-  set.around_friction = friction;
-  return set;
-}
+Set friction_of(double friction) { return {{{"around_friction", friction}}}; }
+const Set kSofter{{{"around_m_per_N", 1e-6}}};
 
 // tan(10 degrees) is 0.176: with less friction the box slides down, and with more it stays where it then is.
 TEST(LiveEnvironment, ABoxSlidesOnASlopeThatIsWetAndStopsWhereItIsDry) {
@@ -74,12 +71,11 @@ TEST(LiveEnvironment, IsPartOfWhatAnAccurateSolveSolves) {
 TEST(LiveEnvironment, ChangesTheKeysThatItNames) {
   Model model = build_model(resting_box());
   const LiveSettings begun = live_settings(model);
-  EXPECT_EQ(begun.around_friction, 0.3);
-  EXPECT_EQ(begun.around_m_per_N, 100e-9);
+  EXPECT_EQ(begun.number("around_friction"), 0.3);
+  EXPECT_EQ(begun.number("around_m_per_N"), 100e-9);
   LiveSettings now = begun;
-  Set set = friction_of(0.7);
-  set.around_m_per_N = 1e-6;
-  ASSERT_EQ(change(set, now), "");
+  ASSERT_EQ(change(friction_of(0.7), now), "");
+  ASSERT_EQ(change(kSofter, now), "");
   apply(begun, now, model.scene);
   EXPECT_EQ(model.scene.environment->bodies[0].friction, 0.7);
   EXPECT_EQ(model.scene.environment->compliance_m_per_N, 1e-6);
@@ -99,9 +95,7 @@ TEST(LiveEnvironment, LeavesFrictionsAloneThatDiffer) {
   scene.environment->bodies[1].friction = 0.9;
   EXPECT_FALSE(is_offered(scene));
   LiveSettings settings = live_settings(build_model(scene));
-  Set softer;
-  softer.around_m_per_N = 1e-6;
-  ASSERT_EQ(change(softer, settings), "");
+  ASSERT_EQ(change(kSofter, settings), "");
   apply(live_settings(build_model(scene)), settings, scene);
   EXPECT_EQ(scene.environment->bodies[1].friction, 0.9);
 }
@@ -110,9 +104,7 @@ TEST(LiveEnvironment, OfOtherScenesThereIsNone) {
   const Model model = build_model(held_box());
   LiveSettings settings = live_settings(model);
   EXPECT_NE(change(friction_of(0.5), settings), "");
-  Set softer;
-  softer.around_m_per_N = 1e-6;
-  EXPECT_NE(change(softer, settings), "");
+  EXPECT_NE(change(kSofter, settings), "");
   EXPECT_EQ(settings, live_settings(model));
   EXPECT_FALSE(settings_json(settings).contains("around_m_per_N"));
 }

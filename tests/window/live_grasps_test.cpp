@@ -104,9 +104,7 @@ TEST(LiveGrasps, AreRefusedInWords) {
   const ordered_json stopped = ended(shown, 1);
   EXPECT_NE(stopped["grasps"].empty(), stopped["refusal"].is_null()) << "what was found until then, or why nothing";
   // Nothing can be held almost without friction, and the reason comes with what would help.
-  Set set;
-  set.friction = 0.01;
-  ASSERT_EQ(shown.receive(set), "");
+  ASSERT_EQ(shown.receive(Set{{{"friction", 0.01}}}), "");
   ASSERT_EQ(shown.receive(Find{1}), "");
   const ordered_json refused = ended(shown, 2);
   EXPECT_TRUE(refused["grasps"].empty());
@@ -119,9 +117,7 @@ TEST(LiveGrasps, AreRefusedInWords) {
 // What is saved is the scene that runs: a file that loads, with the friction that was set when it was searched.
 TEST(LiveGrasps, AreSavedAsScenes) {
   ShownSession shown(held_box());
-  Set set;
-  set.friction = 0.75;
-  ASSERT_EQ(shown.receive(set), "");
+  ASSERT_EQ(shown.receive(Set{{{"friction", 0.75}}}), "");
   ASSERT_EQ(shown.receive(Find{1}), "");
   const ordered_json found = ended(shown, 1);
   ASSERT_FALSE(found["grasps"].empty());
@@ -164,11 +160,7 @@ TEST(LiveGrasps, TheScenesOwnStartSettlesAgain) {
 // A grasp that is taken keeps what was set before it was searched, and so does the next search.
 TEST(LiveGrasps, ASearchAfterATakeKeepsWhatWasSet) {
   ShownSession shown(held_box());
-  Set set;
-  set.friction = 0.75;
-  set.contact_Hz = 1000.0;
-  set.internal_force_N = 3.0;
-  ASSERT_EQ(shown.receive(set), "");
+  ASSERT_EQ(shown.receive(Set{{{"friction", 0.75}, {"contact_Hz", 1000.0}, {"internal_force_N", 3.0}}}), "");
   const auto found = [&](int search) {
     EXPECT_EQ(shown.receive(Find{1}), "");
     const ordered_json message = ended(shown, search);

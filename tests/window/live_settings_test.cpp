@@ -11,6 +11,7 @@
 #include "app/window/session.h"
 #include "engine/scenes/build_model.h"
 #include "engine/scenes/key_table.h"
+#include "engine/scenes/scene_text.h"
 #include "tests/support/scenes.h"
 #include "tests/window/shown_session.h"
 
@@ -33,50 +34,35 @@ TEST(Session, ChangesLevelKernelRatesAndDelayAndHoldsTheBox) {
     EXPECT_TRUE(outcome == "held" || outcome == "unstable") << outcome << ": " << shown.status()["reason"];
     EXPECT_LT((shown.vector("position_m") - shown.vector("path_target_m")).norm(), 1e-3);
   };
-  Set level;
-  level.level = 2;
-  goes_on(level);
+  goes_on(Set{{{"level", 2.0}}});
   EXPECT_EQ(shown.scenes(), 2);
   EXPECT_EQ(shown.status()["settings"]["level"], 2);
-  Set kernel;
-  kernel.kernel = "gaussian";
-  goes_on(kernel);
-  Set rates;
-  rates.contact_Hz = 1000.0;
-  rates.control_Hz = 50.0;
-  goes_on(rates);
-  Set delay;
-  delay.delay_periods = 2;
-  goes_on(delay);
+  goes_on(Set{{{"kernel", "gaussian"}}});
+  goes_on(Set{{{"contact_Hz", 1000.0}, {"control_Hz", 50.0}}});
+  goes_on(Set{{{"delay_periods", 2.0}}});
   EXPECT_GT(shown.value("frame_age_s"), 0.03);  // two to three periods of 20 ms, and with none one at most
-  Set back;
-  back.level = 0;
-  back.kernel = "boussinesq";
-  back.delay_periods = 0;
-  back.contact_Hz = 500.0;
-  goes_on(back);
+  goes_on(Set{{{"level", 0.0}, {"kernel", "boussinesq"}, {"delay_periods", 0.0}, {"contact_Hz", 500.0}}});
 }
 
 // While a grasp is taken its scene is made, and somebody may move a slider meanwhile.
 TEST(LiveSettings, WhatIsSetMeanwhileComesAlong) {
   const LiveSettings before = live_settings(build_model(held_box()));
   LiveSettings begun = before;
-  begun.internal_force_N = 1.25;  // By which the grasp was found,
-  begun.contact_Hz = 1000.0;
+  begun.values["internal_force_N"] = 1.25;  // By which the grasp was found,
+  begun.values["contact_Hz"] = 1000.0;
   EXPECT_EQ(carried_over(before, before, begun), begun);
+  ASSERT_EQ(before.value("kernel"), LiveValue("boussinesq"));
+  const Set set{{{"friction", 0.875}, {"level", 2.0}, {"kernel", "gaussian"}}};
   LiveSettings now = before;
-  now.friction = 0.875;
-  now.level = 2;
-  now.kernel = before.kernel == PulpKernel::kGaussian ? PulpKernel::kBoussinesq : PulpKernel::kGaussian;
   LiveSettings expected = begun;  // which stays.
-  expected.friction = now.friction;
-  expected.level = now.level;
-  expected.kernel = now.kernel;
+  for (LiveSettings* const changed : {&now, &expected}) {
+    for (const auto& [name, value] : set.changes) changed->values[name] = value;
+  }
   EXPECT_EQ(carried_over(before, now, begun), expected);
   // Rigid fingertips have no kernel.
   LiveSettings rigid = begun;
-  rigid.kernel.reset();
-  rigid.level.reset();
+  rigid.values.erase("kernel");
+  rigid.values.erase("level");
   EXPECT_EQ(carried_over(before, now, rigid), rigid);
 }
 
@@ -94,7 +80,7 @@ void expect_as_accepted(const ordered_json& one, const LiveSettings& begun) {
   const Key* const key = find_key(scene_keys(), one.at("key").get<std::string>());
   ASSERT_NE(key, nullptr);
   EXPECT_EQ(one.at("what"), key->sentence);
-  EXPECT_EQ(find_live_key(scene_keys(), name), key);
+  EXPECT_EQ(key->live.name, name);
   EXPECT_EQ(one.at("default"), settings_json(begun).at(name));
   EXPECT_FALSE(changed(name, "none of these", begun));
   if (one.at("type") == "choice") {
@@ -121,27 +107,20 @@ void expect_as_accepted(const ordered_json& one, const LiveSettings& begun) {
 
 // The page makes its controls of the list: it must be all that the server takes, in the ranges that it takes.
 TEST(LiveSettings, TheTableOfKeysIsWhatTheServerAccepts) {
-  std::set<std::string> all;
   for (const Scene& scene : {held_box(), scene_of("resting_box")}) {
     LiveSettings begun = live_settings(build_model(scene));
-    begun.contact_Hz = 3000.0;  // So that each rate has its whole range, but where the two meet.
-    begun.control_Hz = 20.0;
+    begun.values["contact_Hz"] = 3000.0;  // So that each rate has its whole range, but where the two meet.
+    begun.values["control_Hz"] = 20.0;
     std::set<std::string> listed, accepted;
     const ordered_json own = settings_json(begun);
     for (const auto& [name, value] : own.items()) {
       if (!value.is_null()) accepted.insert(name);
     }
     for (const ordered_json& one : settings_list(begun)) {
-      listed.insert(one.at("name").get<std::string>());
+      EXPECT_TRUE(listed.insert(one.at("name").get<std::string>()).second) << one;
       expect_as_accepted(one, begun);
     }
     EXPECT_EQ(listed, accepted) << scene.name;
-    all.merge(listed);
-  }
-  for (const Key& key : scene_keys()) {
-    // Of several numbers: tests/window/live_stiffness_test.cpp.
-    if (key.items != 1) continue;
-    EXPECT_TRUE(key.live.name.empty() || all.contains(std::string(key.live.name))) << key.path;
   }
 }
 
@@ -150,21 +129,89 @@ TEST(LiveSettings, ChangeTheKeysThatTheyName) {
   Model model = build_model(held_box());
   const LiveSettings begun = live_settings(model);
   LiveSettings now = begun;
-  now.friction = 0.625;
-  now.tolerance = 1e-5;
-  now.max_sweeps = 17;
-  now.contact_Hz = 2000.0;
-  now.control_Hz = 100.0;
-  now.delay_periods = 2;
-  now.internal_force_N = 1.5;
+  const Set set{{{"friction", 0.625},
+                 {"tolerance", 1e-5},
+                 {"max_sweeps", 17.0},
+                 {"contact_Hz", 2000.0},
+                 {"control_Hz", 50.0},
+                 {"delay_periods", 2.0},
+                 {"internal_force_N", 1.5}}};
+  ASSERT_EQ(change(set, now), "");
   apply(begun, now, model.scene);
   EXPECT_EQ(model.scene.contact.friction, 0.625);
   EXPECT_EQ(model.scene.contact.tolerance, 1e-5);
   EXPECT_EQ(model.scene.contact.max_sweeps, 17);
   EXPECT_EQ(model.scene.step_s, 1.0 / 2000.0);
-  EXPECT_EQ(model.scene.control_period_s, 1.0 / 100.0);
-  EXPECT_EQ(model.scene.control_delay_s, 2.0 / 100.0);
+  EXPECT_EQ(model.scene.control_period_s, 1.0 / 50.0);
+  EXPECT_EQ(model.scene.control_delay_s, 2.0 / 50.0);
   EXPECT_EQ(model.scene.control->internal_force_N, 1.5);
+}
+
+/// A box that muscles hold with a stiffness that is chosen, above a table: it has all that can be changed.
+Scene box_with_all() {
+  return scene_of("box_stiff", {kCoarseBox,
+                                "environment={friction: 0.3, bodies: [{shape: {plane: true},"
+                                " position: [0 m, 0 m, -1 m]}]}"});
+}
+
+/// Another value than `now` that the list allows, and that leaves the control rate at most the contact rate.
+ordered_json other_value(const ordered_json& one) {
+  const ordered_json& now = one.at("default");
+  if (one.at("type") == "choice") return one.at("choices")[now == one.at("choices")[0] ? 1 : 0];
+  const double least = one.at("least"), most = one.at("most");
+  if (one.at("type") == "numbers") return {0.25 * most, 0.5 * most, 0.75 * most};
+  if (one.at("type") == "whole") return now == most ? least : now.get<double>() + 1.0;
+  return 0.5 * (now.get<double>() + (one.at("name") == "control_Hz" ? least : most));
+}
+
+// A row with a live name is all that it takes: pages hear of it, and what they set is its key in the scene's text. Once
+// it is set back the text is as it was: no other key was changed.
+TEST(LiveSettings, AreTheRowsOfTheTableThatHaveALiveName) {
+  const Scene scene = box_with_all();
+  const LiveSettings begun = live_settings(build_model(scene));
+  std::set<std::string> listed, live;
+  for (const Key& key : scene_keys()) {
+    EXPECT_TRUE(key.live.name.empty() || live.emplace(key.live.name).second) << key.path;
+  }
+  for (const ordered_json& one : settings_list(begun)) {
+    const std::string name = one.at("name");
+    SCOPED_TRACE(name);
+    listed.insert(name);
+    const ReadMessage read = read_message(ordered_json{{"type", "set"}, {name, other_value(one)}}.dump());
+    ASSERT_TRUE(read.message) << read.refusal;
+    LiveSettings wished = begun;
+    ASSERT_EQ(change(std::get<Set>(*read.message), wished), "");
+    EXPECT_NE(wished, begun);
+    Scene changed = scene;
+    apply(begun, wished, changed);
+    EXPECT_NE(scene_text(changed, {}), scene_text(scene, {}));
+    apply(wished, begun, changed);
+    EXPECT_EQ(scene_text(changed, {}), scene_text(scene, {})) << "nothing else was changed";
+  }
+  EXPECT_EQ(listed, live);
+}
+
+// What is read from a file in other terms than the scene has it, and what the file does not say, stays to the last bit.
+TEST(LiveSettings, LeaveAllElseAsItIs) {
+  for (const char* name : {"box_grasp", "unknown_friction", "resting_box"}) {
+    SCOPED_TRACE(name);
+    Scene scene =
+        scene_of(name, {kCoarseBox, "time.step=0.3 ms", "time.control_period=0.7 ms", "time.control_delay=0.5 ms"});
+    scene.task.translate = Move{Eigen::Vector3d(1.0, 2.0, 3.0).normalized(), 1.7e-3};
+    const LiveSettings begun = live_settings(build_model(scene));
+    LiveSettings now = begun;
+    ASSERT_EQ(change(Set{{{"friction", 0.625}}}, now), "");
+    Scene changed = scene;
+    apply(begun, now, changed);
+    EXPECT_EQ(changed.contact.friction, 0.625);
+    EXPECT_EQ(changed.step_s, scene.step_s);
+    EXPECT_EQ(changed.control_period_s, scene.control_period_s);
+    EXPECT_EQ(changed.control_delay_s, scene.control_delay_s);
+    EXPECT_TRUE(!scene.control || changed.control->grasp_friction == scene.control->grasp_friction);
+    EXPECT_TRUE(!scene.environment || changed.environment->place == scene.environment->place);
+    EXPECT_EQ(changed.task.translate->axis, scene.task.translate->axis);
+    EXPECT_EQ(changed.task.translate->amount, scene.task.translate->amount);
+  }
 }
 
 /// A box whose task changes friction at two times of its own.
@@ -179,17 +226,14 @@ TEST(LiveSettings, FrictionThatIsSetTakesThePlaceOfTheTasksSteps) {
   Model model = build_model(box_with_steps());
   const LiveSettings begun = live_settings(model);
   LiveSettings now = begun;
-  Set sweeps, same;
-  sweeps.max_sweeps = 17;
-  ASSERT_EQ(change(sweeps, now), "");
+  ASSERT_EQ(change(Set{{{"max_sweeps", 17.0}}}, now), "");
   apply(begun, now, model.scene);
   EXPECT_EQ(model.friction(2.0), 0.9);
-  same.friction = begun.friction;
   const LiveSettings before = now;
-  ASSERT_EQ(change(same, now), "");
+  ASSERT_EQ(change(Set{{{"friction", begun.number("friction")}}}, now), "");
   EXPECT_NE(now, before);
   apply(before, now, model.scene);
-  EXPECT_EQ(model.friction(2.0), begun.friction);
+  EXPECT_EQ(model.friction(2.0), begun.number("friction"));
   EXPECT_FALSE(carried_over(before, now, begun).friction_steps);
 }
 
@@ -222,20 +266,15 @@ TEST(LiveSettings, AreListedWhereTheSceneHasThem) {
 
 TEST(Session, RefusesWhatTheSceneCannotDo) {
   ShownSession shown(scene_of("minimal"));
-  Set level, rates, fine;
-  level.level = 2;
-  EXPECT_NE(shown.receive(level), "");
-  rates.contact_Hz = 500.0;  // control has 1000
-  EXPECT_NE(shown.receive(rates), "");
-  rates.control_Hz = 500.0;
-  EXPECT_EQ(shown.receive(rates), "");
-  fine.internal_force_N = 3.0;
-  EXPECT_EQ(shown.receive(fine), "");
+  EXPECT_EQ(shown.receive(Set{{{"level", 2.0}}}), "kernel and level need deformable fingertips");
+  EXPECT_EQ(shown.receive(Set{{{"contact_Hz", 500.0}}}), "control_Hz must not be more than contact_Hz");  // 1000
+  EXPECT_EQ(shown.receive(Set{{{"contact_Hz", 500.0}, {"control_Hz", 500.0}}}), "");
+  EXPECT_EQ(shown.receive(Set{{{"internal_force_N", 3.0}}}), "");
   ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["internal_force_N"] == 3.0; }));
   EXPECT_TRUE(shown.status()["settings"]["level"].is_null());
   ShownSession box(held_box());
-  level.level = 6;  // 320 leaves: 5 control points
-  EXPECT_NE(box.receive(level), "");
+  // 320 leaves: 5 control points
+  EXPECT_EQ(box.receive(Set{{{"level", 6.0}}}), "level leaves a fingertip fewer than 8 control points");
 }
 
 }  // namespace

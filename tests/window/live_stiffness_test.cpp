@@ -45,10 +45,8 @@ double sum_of(ShownSession& shown, const std::string& name) {
 }
 
 Set asked(double along_N_per_m, double about_Nm_per_rad) {
-  Set set;
-  set.asked_N_per_m = Vector3d::Constant(along_N_per_m);
-  set.asked_Nm_per_rad = Vector3d::Constant(about_Nm_per_rad);
-  return set;
+  return {{{"asked_N_per_m", Vector3d::Constant(along_N_per_m).eval()},
+           {"asked_Nm_per_rad", Vector3d::Constant(about_Nm_per_rad).eval()}}};
 }
 
 /// Waits until all of this is had, and the muscles, of which the slow ones take 40 ms, have had time to follow.
@@ -117,12 +115,10 @@ TEST(LiveStiffness, SaysWhatLacksWhereThereAreNoForces) {
 TEST(LiveStiffness, ChangesTheKeysThatItNames) {
   Model model = build_model(stiff_box());
   const LiveSettings begun = live_settings(model);
-  EXPECT_EQ(begun.asked_N_per_m, Vector3d(150.0, 150.0, 150.0));
+  EXPECT_EQ(begun.value("asked_N_per_m"), LiveValue(Vector3d(150.0, 150.0, 150.0)));
   LiveSettings now = begun;
-  Set set;
-  set.asked_N_per_m = Vector3d(10.0, 20.0, 30.0);
-  ASSERT_EQ(change(set, now), "");
-  EXPECT_EQ(now.asked_Nm_per_rad, begun.asked_Nm_per_rad);
+  ASSERT_EQ(change(Set{{{"asked_N_per_m", Vector3d(10.0, 20.0, 30.0)}}}, now), "");
+  EXPECT_EQ(now.value("asked_Nm_per_rad"), begun.value("asked_Nm_per_rad"));
   apply(begun, now, model.scene);
   const ObjectStiffness& asked = *model.scene.control->muscles->object_stiffness;
   EXPECT_EQ(asked.translation_N_per_m, Vector3d(10.0, 20.0, 30.0));

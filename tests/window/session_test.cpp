@@ -183,9 +183,7 @@ TEST(Session, MovesTheTargetAndTheBoxFollows) {
 TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
   ShownSession shown(held_box());
   ASSERT_TRUE(shown.passes(0.5));
-  Set less;
-  less.friction = 0.2;
-  EXPECT_EQ(shown.receive(less), "");
+  EXPECT_EQ(shown.receive(Set{{{"friction", 0.2}}}), "");
   shown.receive(Target{{0.0, 0.02, 0.0}, Eigen::Vector3d::Zero(), std::nullopt});
   // Once the fingers have slid away there may be no grasp forces, either: the graver word.
   ASSERT_TRUE(shown.comes([&] {
@@ -193,9 +191,7 @@ TEST(Session, LosesTheBoxWithoutFrictionAndFindsItAfterAReset) {
     return outcome == "lost" || outcome == "solver failed";
   }));
   EXPECT_EQ(shown.status()["running"], true);
-  Set enough;
-  enough.friction = 0.8;
-  EXPECT_EQ(shown.receive(enough), "");
+  EXPECT_EQ(shown.receive(Set{{{"friction", 0.8}}}), "");
   EXPECT_EQ(shown.receive(Reset{}), "");
   ASSERT_TRUE(shown.comes([&] { return shown.status()["outcome"] == "held"; }));
   ASSERT_TRUE(shown.passes(1.0));
@@ -208,10 +204,9 @@ TEST(Session, RunsOnUnderAFloodOfWishes) {
   ASSERT_TRUE(shown.passes(0.1));
   const double end_s = shown.value("time_s") + 0.5;
   for (int i = 0; shown.value("time_s") < end_s && i < 100'000; ++i) {
-    Set set;
-    set.friction = 0.7 + 0.001 * (i % 100);
+    Set set{{{"friction", 0.7 + 0.001 * (i % 100)}}};
     EXPECT_EQ(shown.receive(set), "");
-    set.control_Hz = 1999.0;
+    set.changes["control_Hz"] = 1999.0;
     EXPECT_NE(shown.receive(set), "");
     std::this_thread::sleep_for(milliseconds(1));
   }
@@ -228,9 +223,7 @@ TEST(Session, RecordsWhileItRuns) {
   {
     ShownSession shown(held_box(), settings);
     ASSERT_TRUE(shown.passes(0.3));
-    Set coarse;
-    coarse.level = 2;
-    shown.receive(coarse);
+    shown.receive(Set{{{"level", 2.0}}});
     ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.3));
     first_s = shown.value("time_s");
     shown.set_pages(0);
@@ -274,14 +267,11 @@ TEST(Session, LevelsThatPourInDoNotFillTheRecording) {
   ShownSession shown(held_box(), settings);
   ASSERT_TRUE(shown.passes(0.1));
   const auto begin = std::chrono::steady_clock::now();
-  Set set;
   for (int i = 0; i < 200 || (shown.scenes() < 2 && i < 6000); ++i) {
-    set.level = 1 + i % 2;
-    EXPECT_EQ(shown.receive(set), "");
+    EXPECT_EQ(shown.receive(Set{{{"level", 1.0 + i % 2}}}), "");
     std::this_thread::sleep_for(milliseconds(10));
   }
-  set.level = 3;
-  EXPECT_EQ(shown.receive(set), "");
+  EXPECT_EQ(shown.receive(Set{{{"level", 3.0}}}), "");
   ASSERT_TRUE(shown.comes([&] { return shown.status()["settings"]["level"] == 3; }));
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   shown.end();
