@@ -65,7 +65,7 @@ class StiffnessControl {
   /// Returns the rise of the internal force in this period.
   [[nodiscard]] double squeeze_N() const { return squeeze_N_; }
 
-  /// For an archive (engine/loops/archive.h), without what each look makes anew.
+  /// For an archive (engine/loops/archive.h), without members that each look recomputes.
   template <typename Archive>
   void members(Archive& a) {
     a(is_loaded_, wanted_, load_N_, last_, centre_m_, share_, waits_s_, squeeze_N_, X_WO_);

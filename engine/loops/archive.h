@@ -17,12 +17,12 @@
 
 #include "engine/grasp/model.h"
 
-/// Archives of numbers and of what is made of them, in the machine's own order of bytes. `a(x, y)` writes x and y or
-/// reads them. A struct names its members once, for both: in a function `members(a, x)` or, where they are private, in
-/// its own `members(a)`.
+/// Archives of numbers and structures of them, in the machine's byte order. `a(x, y)` writes x and y or reads them. A
+/// struct names its members once, for both: in a function `members(a, x)` or, where they are private, in its own
+/// `members(a)`.
 namespace thenar {
 
-/// Writes values to `bytes`. It changes none of them.
+/// An archive that writes values to `bytes`, without changing them.
 class StateWriter {
  public:
   static constexpr bool kReads = false;
@@ -36,13 +36,13 @@ class StateWriter {
   std::string bytes;
 };
 
-/// Reads them again, into objects of the same model. Throws std::invalid_argument where the bytes end early or have a
-/// size that cannot be; it takes no more memory than the bytes are long, but for a factor.
+/// An archive that reads values into objects of the same model. Throws std::invalid_argument if the bytes end early or
+/// contain an impossible size; its memory is proportional to the bytes.
 class StateReader {
  public:
   static constexpr bool kReads = true;
 
-  /// The bytes and the model are referred to.
+  /// Keeps references to the bytes and the model.
   StateReader(std::string_view bytes, const Model& model) : left_(bytes), model_(model) {}
 
   template <typename... T>
@@ -57,7 +57,7 @@ class StateReader {
   static void require(bool is_sound) {
     if (!is_sound) throw std::invalid_argument("the state is damaged");
   }
-  /// Makes a new one by `place`, which is a container's or an optional's emplace; of the model where it needs that.
+  /// Makes a new value by `place`, a container's or an optional's emplace, with the model where needed.
   template <typename T, typename Place>
   void make(const Place& place) const {
     if constexpr (std::is_default_constructible_v<T>) {
@@ -148,7 +148,7 @@ void archive(Archive& a, std::vector<T>& x) {
   std::uint64_t size = x.size();
   a(size);
   if constexpr (Archive::kReads) {
-    // One by one: a size that cannot be ends with the bytes.
+    // One by one: an impossible size ends with the bytes.
     x.clear();
     for (; size > 0; --size) {
       a.template make<T>([&](const auto&... of) { x.emplace_back(of...); });
@@ -178,7 +178,7 @@ void archive(Archive& a, std::shared_ptr<const T>& x) {
   if constexpr (Archive::kReads) x = value ? std::make_shared<const T>(*value) : nullptr;
 }
 
-/// Engines and distributions, as the standard has them in text.
+/// Engines and distributions, in the standard's text form.
 template <typename Archive, typename Random>
 requires requires(Random x) { x.min(), x.max(), x.reset(); } || requires(Random x) {
   x.discard(0);

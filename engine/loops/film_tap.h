@@ -19,31 +19,31 @@ namespace thenar {
 struct TickContacts {
   explicit TickContacts(const Model& model) : contacts(static_cast<std::size_t>(model.max_contacts)) {}
 
-  std::int64_t tick = 0;      ///< Steps taken when it had ended.
-  std::int64_t sequence = 0;  ///< Of the frame: while it is in use, the contacts are the same ones.
-  std::size_t count = 0;      ///< So many of `contacts` are of this tick.
+  std::int64_t tick = 0;      ///< Number of steps at its end.
+  std::int64_t sequence = 0;  ///< Number of the frame: contacts are the same while it is in use.
+  std::size_t count = 0;      ///< Number of `contacts` in this tick.
   std::vector<TickContact> contacts;
 };
 
-/// Fills it from the state that a tick left and what that tick worked in. Does not allocate, lock or throw.
+/// Copies the contacts from the state after a tick and from that tick's workspace. Does not allocate, lock or throw.
 void take_contacts(const State& state, const ContactMemory& memory, const ContactScratch& work,
                    TickContacts& to) noexcept;
 
-/// What a recording takes from a contact loop: pictures of some ticks, and if it wants them all contacts of every tick.
-/// They go through rings that neither side waits for; what finds no room is counted.
+/// The data of a recording from a contact loop: pictures of some ticks, and on request all contacts of every tick. They
+/// pass through rings that never block either side; losses are counted.
 class FilmTap {
  public:
-  /// Takes all memory: for the contacts of two seconds, and for as many pictures as come in one, at most 1000.
+  /// Allocates all memory: for the contacts of two seconds, and for the pictures of one, at most 1000.
   FilmTap(const Model& model, std::int64_t picture_ticks, bool contacts);
 
-  /// After a tick, on the contact thread. Does not allocate, lock, throw or call the system.
+  /// Records a tick, on the contact thread. Does not allocate, lock, throw or call the system.
   void keep(const State& state, const ContactMemory& memory, const ContactScratch& work,
             const std::optional<ShownPull>& pull) noexcept;
 
   // For one other thread.
   SlotRing<Picture> pictures;
   SlotRing<TickContacts> contacts;
-  /// The picture of a tick, if one was taken; those of ticks before it are let go. It is there until pictures.pop().
+  /// Returns the picture of a tick, if taken, and drops those of ticks before it. It is valid until pictures.pop().
   [[nodiscard]] const Picture* picture_of(std::int64_t tick);
   [[nodiscard]] std::int64_t lost_pictures() const { return lost_pictures_.load(std::memory_order_relaxed); }
   [[nodiscard]] std::int64_t lost_contacts() const { return lost_contacts_.load(std::memory_order_relaxed); }
@@ -51,7 +51,7 @@ class FilmTap {
  private:
   std::int64_t picture_ticks_;
   bool with_contacts_;
-  // Relaxed: nothing else goes with them.
+  // Relaxed: they order nothing else.
   std::atomic<std::int64_t> lost_pictures_{0}, lost_contacts_{0};
 };
 

@@ -28,7 +28,7 @@ TickInput LiveContact::input(const State& state, std::int64_t now_ns, std::int64
 
 bool LiveContact::show(const SplitGrasp& grasp) noexcept {
   if (tap != nullptr) tap->keep(grasp.state(), grasp.memory(), grasp.scratch(), hands.pull());
-  // Relaxed: nothing else goes with it.
+  // Relaxed: it orders nothing else.
   if (!watched.load(std::memory_order_relaxed)) return false;
   const ContactMemory& memory = grasp.memory();
   const ContactScratch& work = grasp.scratch();

@@ -17,43 +17,42 @@
 
 namespace thenar {
 
-/// The contact problem of one tick, and the forces that it found: all that it takes to solve it again elsewhere.
+/// The contact problem of one tick with its forces: all data to solve it again elsewhere.
 struct SolvedTick {
   explicit SolvedTick(const Model& model);
 
   Frame frame;
   ContactKinematics kinematics;
   Mobility mobility{};
-  Eigen::VectorXd delta_free, mu, f_first, f;  ///< As the tick had them.
+  Eigen::VectorXd delta_free, mu, f_first, f;  ///< Values of the tick.
 
-  // Of a scene that has an environment: the object's contacts with it, their forces, and how the object would move
-  // without any contact.
+  // With an environment: the object's contacts with it, their forces, and the object's motion without any contact.
   std::vector<GroundContact> ground;  ///< Capacity most_touches().
   std::vector<Eigen::Vector3d> ground_N;
   GroundProblem::Motion x_free = GroundProblem::Motion::Zero();
 };
 
-/// What people have to do with a contact loop: their newest input goes in, pictures and solved problems come out,
-/// through buffers that cannot block. While nobody watches, it costs the loop a look at two atomics.
+/// The user's connection to a contact loop: the newest input goes in, pictures and solved problems come out, through
+/// buffers that cannot block. Unwatched, it costs the loop two atomic loads.
 struct LiveContact {
-  /// Takes all memory. `inputs` and `hands` outlive it: the hands' memory is older than the model.
+  /// Allocates all memory. `inputs` and `hands` outlive it: the hands' state outlasts the model.
   LiveContact(const Model& model, LatestValue<LiveInput>& inputs, LiveHands& hands);
 
-  // The contact thread's; neither allocates, locks, throws nor calls the system.
-  /// For the tick that begins now. `stamp_ns` is that of the input if no tick has seen it before, else 0.
+  // For the contact thread; neither allocates, locks, throws nor calls the system.
+  /// Returns the input of the tick that begins now. `stamp_ns` is the input's stamp if it is new, else 0.
   [[nodiscard]] TickInput input(const State& state, std::int64_t now_ns, std::int64_t& stamp_ns) noexcept;
-  /// After a tick. Returns whether a picture was taken of it.
+  /// Handles the end of a tick; returns true if a picture of it was taken.
   bool show(const SplitGrasp& grasp) noexcept;
 
   LatestValue<LiveInput>& inputs;
   LiveHands& hands;
-  std::int64_t number = 0;  ///< Of the last input.
-  // To be set while no loop runs: a picture of every so many ticks, and a problem.
+  std::int64_t number = 0;  ///< Number of the last input.
+  // Ticks between pictures, and between problems; to be set while no loop runs.
   std::int64_t picture_ticks = 1, problem_ticks = 1;
-  FilmTap* tap = nullptr;  ///< Of a recording, which gets its own; null: there is none.
+  FilmTap* tap = nullptr;  ///< Tap of a recording, with its own pictures; null: none.
 
-  std::atomic<bool> watched{false};  ///< Whether anybody looks; any thread sets it.
-  LatestValue<Picture> pictures;     ///< For one reader, as the next.
+  std::atomic<bool> watched{false};  ///< True if it is watched; any thread sets it.
+  LatestValue<Picture> pictures;     ///< For one reader, as `problems`.
   LatestValue<SolvedTick> problems;
 };
 

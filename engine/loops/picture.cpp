@@ -8,7 +8,7 @@ namespace thenar {
 
 namespace {
 
-/// Of the last tick; before the first one there are none.
+/// Returns those of the last tick; before the first one there are none.
 void take_touches(const ContactMemory& memory, const ContactScratch& work, std::vector<ShownTouch>& touches) noexcept {
   touches.clear();
   const EnvironmentContacts& around = work.environment;

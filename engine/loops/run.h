@@ -17,17 +17,17 @@
 
 namespace thenar {
 
-/// What happens to frames on their way from the control loop to the contact loop, beside the scene's control delay.
+/// Disturbances of frames between control loop and contact loop, besides the scene's control delay.
 struct LockstepSettings {
-  double jitter_s = 0.0;   ///< Each frame takes up to so much longer, uniformly at random.
-  std::uint64_t seed = 1;  ///< Of the jitter.
-  /// How much later than the scene expects does the frame of a snapshot at this time come. Nothing: it is in time.
+  double jitter_s = 0.0;   ///< Largest extra delay of each frame, uniformly random.
+  std::uint64_t seed = 1;  ///< Seed of the jitter.
+  /// Extra delay of the frame of a snapshot at this time; empty: none.
   std::function<double(double time_s)> late_s = {};
-  /// Sees each frame at the time of its snapshot and may change it; false: it is lost. Nothing: it passes.
+  /// A function that may change each frame, at the time of its snapshot; false: it is lost. Empty: frames pass.
   std::function<bool(double time_s, Frame& frame)> channel = {};
 };
 
-/// A frame on its way from the control loop to the contact loop.
+/// A frame in transit from the control loop to the contact loop.
 struct SentFrame {
   explicit SentFrame(const Model& model, double sent_s = 0.0) : due_s(sent_s), frame(model) {}
 
@@ -35,47 +35,47 @@ struct SentFrame {
   Frame frame;
 };
 
-/// A run of a model as it stands between two ticks: all that it needs to go on. A copy goes on as the original would,
-/// bit for bit, on the same model, with the same delays and jitter.
+/// The state of a run of a model between two ticks: all data to continue it. A copy continues as the original, bit for
+/// bit, on the same model, with the same delays and jitter.
 struct Run {
   explicit Run(const Model& model, const FramePolicy& policy = {}, std::uint64_t seed = 0)
       : state(model), memory(model, policy), frame(model), controller(model), random(seed) {}
 
   State state;
   ContactMemory memory;
-  Frame frame;  ///< In use.
+  Frame frame;  ///< The frame in use.
   Controller controller;
-  ControlReport report;     ///< Of the last control tick.
-  bool controlled = false;  ///< It ran just before the last contact tick.
+  ControlReport report;     ///< Result of the last control tick.
+  bool controlled = false;  ///< True if it ran just before the last contact tick.
   // In lockstep:
-  std::mt19937_64 random;  ///< Of the jitter.
+  std::mt19937_64 random;  ///< Source of the jitter.
   std::vector<SentFrame> under_way;
 };
 
-/// A scene's ticks on one thread, called one by one: a control tick every control period, and a contact tick every
-/// step. The same inputs give the same bits.
+/// A run of a scene on one thread, tick by tick: a control tick every control period, and a contact tick every step.
+/// The same inputs give the same bits.
 ///
-/// In one loop, as the paper has it, a frame is in use as soon as it is made. In lockstep the two loops do on a virtual
-/// clock what threads do, without their chance: a control tick sees the state of its time, and its frame comes into use
-/// a control delay (and jitter) later; one that is overtaken is dropped. Frame 0 is there before the first tick.
+/// In one loop, as in the paper, a frame is used as soon as it is made. In lockstep the two loops imitate threads on a
+/// virtual clock, deterministically: a control tick sees the state of its time, and its frame is used a control delay
+/// (and jitter) later; one that is overtaken is dropped. Frame 0 exists before the first tick.
 struct GraspRun : Run {
-  /// In one loop. The model is referred to.
+  /// Makes a run in one loop. It keeps a reference to the model.
   explicit GraspRun(const Model& m) : GraspRun(m, {}, std::nullopt) {}
-  /// In lockstep.
+  /// Makes a run in lockstep.
   GraspRun(const Model& m, LockstepSettings settings) : GraspRun(m, split_policy(m.scene), std::move(settings)) {}
   GraspRun(const GraspRun&) = delete;
   GraspRun& operator=(const GraspRun&) = delete;
 
-  /// Goes on as another of the same model, delays and jitter would.
+  /// Continues from the state of another run of the same model, delays and jitter.
   void go_on_as(const Run& other) { static_cast<Run&>(*this) = other; }
 
-  /// One control tick, if one is due, and then one contact tick.
+  /// Runs one control tick, if one is due, and then one contact tick.
   TickReport tick(const TickInput& input = {});
-  /// The first half of it: `controlled` says whether one was due.
+  /// Runs the first half of tick(): `controlled` tells whether a control tick was due.
   void control_if_due();
-  /// The second.
+  /// Runs the second half of tick().
   TickReport contact(const TickInput& input = {});
-  /// A control tick on the state as it is.
+  /// Runs a control tick on the present state.
   void control();
 
   [[nodiscard]] bool is_lockstep() const { return lockstep_.has_value(); }
@@ -92,17 +92,17 @@ struct GraspRun : Run {
   std::optional<LockstepSettings> lockstep_;
 };
 
-/// A control tick that has been done.
+/// A completed control tick.
 struct ControlTick {
-  double time_s;  ///< Of its snapshot.
+  double time_s;  ///< Time of its snapshot.
   const ControlReport& report;
-  const Eigen::VectorXd& muscle_forces_N;  ///< Not to be read in a scene without muscles.
-  const GraspRun* run = nullptr;           ///< At the snapshot; null where other threads run.
+  const Eigen::VectorXd& muscle_forces_N;  ///< Invalid in a scene without muscles.
+  const GraspRun* run = nullptr;           ///< The run at the snapshot; null with several threads.
 };
 
-/// A contact tick that has been done, as every runner shows it.
+/// A completed contact tick, as shown by every runner.
 struct Tick {
-  const Snapshot& after;  ///< The state that it left.
+  const Snapshot& after;  ///< State after it.
   const TickReport& contact;
   const ControlReport& control;            ///< Result of the last control tick; with several threads, of the frame's.
   const Eigen::VectorXd& muscle_forces_N;  ///< Forces of that control tick.
@@ -112,7 +112,7 @@ struct Tick {
   const Picture* picture = nullptr;        ///< Picture of it, if one was taken.
 };
 
-/// Sees the ticks of a run, in order. Each returns whether the run is to go on.
+/// An observer of a run's ticks, in order. Each function returns true if the run is to continue.
 class Watcher {
  public:
   virtual ~Watcher() = default;
@@ -120,9 +120,9 @@ class Watcher {
   virtual bool see_tick(const Tick& tick) = 0;
 };
 
-/// So many contact ticks, or until a watcher ends it; a control tick that a watcher ends it after is the last. In one
-/// loop the deformed fingertips are shown at every sample 60 times a second, as a viewer would need them; without
-/// `shows` they are not.
+/// Runs this number of contact ticks, or until a watcher ends it; a control tick at which a watcher ends it is the
+/// last. With `shows`, in one loop, the deformed fingertips are computed at every sample 60 times a second, as for a
+/// viewer.
 void run_ticks(GraspRun& run, std::int64_t ticks, std::span<Watcher* const> watchers, bool shows = true);
 
 }  // namespace thenar

@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kMagic = "thenar state";
 constexpr std::uint32_t kFormat = 1;
 
-/// FNV-1a, by words of eight bytes where there are so many.
+/// The hash FNV-1a, by words of eight bytes where possible.
 class Hash {
  public:
   void add(const void* data, std::size_t size) {

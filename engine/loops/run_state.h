@@ -7,24 +7,24 @@
 #include "engine/loops/archive.h"
 #include "engine/loops/run.h"
 
-/// All of a run as bytes: the members of each of its structs, named once. A struct that gets a further member does not
-/// compile here until it is named, too; but where only some are named, by `x.member`.
+/// The state of a run as bytes: the members of each of its structs, named once. A struct with a new member does not
+/// compile here until it is named, too, except where only some are named, by `x.member`.
 namespace thenar {
 
-/// What a state must agree in with the model that goes on from it: the hand, the object's and the pulps' points, the
-/// steps, the parts that the scene has, and whether the run is in lockstep.
+/// Returns a fingerprint of the data in which a state and the model that continues from it must agree: the hand, the
+/// object's and the pulps' points, the steps, the scene's parts, and lockstep.
 [[nodiscard]] std::uint64_t state_fingerprint(const Model& model, bool is_lockstep);
 
-/// Puts a head before the members of a state: what it is, the version of its format, the fingerprint, and a checksum.
+/// Puts a head before the members of a state: its kind, the version of its format, the fingerprint, and a checksum.
 [[nodiscard]] std::string sealed_state(std::uint64_t fingerprint, const std::string& members);
-/// The members of a state. Throws std::invalid_argument where the bytes are none, of another format or fingerprint, or
-/// not whole.
+/// Returns the members of a state. Throws std::invalid_argument if the bytes are no state, of another format or
+/// fingerprint, or incomplete.
 [[nodiscard]] std::string_view opened_state(std::uint64_t fingerprint, std::string_view bytes);
 
-/// A run as it stands between two ticks. A caller's own control is not in it.
+/// Returns the state of a run between two ticks, without a caller's own control.
 [[nodiscard]] std::string state_of(const GraspRun& run);
-/// Goes on as the run did that the state is of: the same bits as from its copy. A run keeps its own control. Throws
-/// std::invalid_argument as opened_state() does, and the run is as it was.
+/// Sets the state of a run, which then continues with the same bits as a copy of the original. It keeps its own
+/// control. Throws std::invalid_argument as opened_state() does, leaving the run unchanged.
 void set_state(std::string_view bytes, GraspRun& run);
 
 // --- members ---------------------------------------------------------------------------------------------------------
@@ -147,7 +147,7 @@ void members(Archive& a, LocalStep& x) {
   a(per_nn, t1n, t2n, per_tt, rho);
 }
 
-/// What of it a solve finds of the one before: the rest it makes anew.
+/// Visits the members that a solve inherits from the one before; it recomputes the rest.
 template <typename Archive>
 void members(Archive& a, GroupedWorkspace& x) {
   a(x.edition, x.compliance_scale, x.J_then, x.sweeps.J, x.sweeps.local, x.sweeps.blocks, x.ground.x,
@@ -218,13 +218,13 @@ void members(Archive& a, HeldFoot& x) {
   a(x_O, face, at);
 }
 
-/// What of it one search knows of the one before.
+/// Visits the members that a search inherits from the one before.
 template <typename Archive>
 void members(Archive& a, ContactSearch& x) {
   a(x.memory, x.known_deformed, x.feet, x.known_before, x.known_ball, x.X_OF_then, x.tick_then, x.small.known);
 }
 
-/// Without what each period makes anew: bellies, moment arms, the hand's pose.
+/// Visits the members, without those that each period recomputes: bellies, moment arms, the hand's pose.
 template <typename Archive>
 void members(Archive& a, Controller& x) {
   a(x.sequence, x.last_tick, x.period_s, x.acting_share, x.pid, x.pid_phase, x.pid_integrates, x.borne, x.filter,

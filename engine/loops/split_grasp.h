@@ -11,63 +11,62 @@
 
 namespace thenar {
 
-/// What one contact step returns by value.
+/// Result of one contact step.
 struct ContactStep {
   TickReport tick;
-  std::int64_t acquire_ns = 0;  ///< Looking for a new frame, and taking it. One reading of the clock is included,
-  std::int64_t publish_ns = 0;  ///< here too: copying the snapshot, and making it the newest one.
+  std::int64_t acquire_ns = 0;  ///< Time to check for a new frame, and to take it. One clock reading is included.
+  std::int64_t publish_ns = 0;  ///< Time to copy the snapshot and publish it, likewise.
 };
 
-/// What one control step returns by value.
+/// Result of one control step.
 struct ControlStep {
   ControlReport control;
-  std::int64_t sequence = 0;       ///< Of the frame that it made.
-  std::int64_t snapshot_tick = 0;  ///< Of the snapshot that it used.
-  bool published = false;          ///< False if the frame was not finite, and is never used.
+  std::int64_t sequence = 0;       ///< Number of the frame that it made.
+  std::int64_t snapshot_tick = 0;  ///< Tick of the snapshot that it used.
+  bool published = false;          ///< False if the frame was not finite, and so is never used.
 };
 
 /// A grasp run by two threads of the caller's: one calls contact_step at 1 kHz or faster, another control_step at the
 /// scene's control period. They exchange frames and snapshots through buffers that cannot block; neither ever waits
 /// for the other. The model's step is the period of the first, its control period that of the second.
 ///
-/// The constructor takes all memory and makes frame 0, control included, so that the first contact step has a drive. It
-/// throws std::runtime_error if that frame is not finite. The model is referred to, not copied. What `own` says is
-/// called by the constructor and by control_step().
+/// The constructor allocates all memory and makes frame 0, control included, so that the first contact step has a
+/// drive. It throws std::runtime_error if that frame is not finite. It keeps a reference to the model. The functions of
+/// `own` are called by the constructor and by control_step().
 class SplitGrasp {
  public:
   explicit SplitGrasp(const Model& model) : SplitGrasp(model, State(model)) {}
   SplitGrasp(const Model& model, const State& start, const OwnControl& own = {});
-  /// Goes on where another left off, on a model that may have other fingertips and another step than `old`, the
-  /// other's: with its state (carry_over), its controller's memory, and a new frame. While neither loop runs.
+  /// Continues another one, on a model that may have other fingertips and another step than `old`, the other's: with
+  /// its state (carry_over), its controller's memory, and a new frame. Requires that neither loop runs.
   SplitGrasp(const Model& model, const Model& old, const SplitGrasp& before);
 
   /// Advances the state by one step, on the newest frame. For one thread. It does not allocate, lock, log, throw or
-  /// call the system; an input that is not finite is left out, and the report says so.
+  /// call the system; an input that is not finite is ignored and reported.
   ContactStep contact_step(const TickInput& input = {}) noexcept;
 
-  /// One control tick on the newest snapshot, and its frame published. For one other thread. A frame that is not finite
-  /// is kept back.
+  /// Runs one control tick on the newest snapshot, and publishes its frame. For one other thread. A frame that is not
+  /// finite is withheld.
   ControlStep control_step();
-  /// Of the last control step [N]; empty without muscles. For the thread that makes them.
+  /// Returns those of the last control step [N]; empty without muscles. For the thread of control_step().
   [[nodiscard]] const Eigen::VectorXd& muscle_forces_N() const { return controller_.f_muscle; }
 
   // While neither loop runs:
-  /// Heeds what has changed in the model's scene: friction, internal force, tolerance, sweeps, control period and
-  /// delay.
+  /// Applies changes of the model's scene: friction, internal force, tolerance, sweeps, control period and delay.
   void heed_scene() noexcept;
-  /// From now on a frame comes into use so many control steps after it was made, 0: at once. The scene's control delay
-  /// should say so, too, for drive and contact finding reckon with that.
+  /// Delays the use of frames by so many control steps, 0: none. The scene's control delay should agree, as drive and
+  /// contact finding depend on it.
   void hold_frames_back(int periods);
 
   [[nodiscard]] const Model& model() const { return model_; }
   [[nodiscard]] const Controller& controller() const { return controller_; }
-  /// Of the contact thread, like the state.
+  /// Return the workspaces, of the contact thread like the state.
   [[nodiscard]] const ContactMemory& memory() const { return memory_; }
   [[nodiscard]] const ContactScratch& scratch() const { return scratch_; }
 
-  /// Of the contact thread; other threads may read it when contact steps have ended.
+  /// Returns the state, of the contact thread; other threads may read it when contact steps have ended.
   [[nodiscard]] const State& state() const { return state_; }
-  /// What the control tick of frame 0 found.
+  /// Returns the result of the control tick of frame 0.
   [[nodiscard]] const ControlReport& first_control() const { return first_control_; }
   [[nodiscard]] const LatestValue<Frame>& frames() const { return frames_; }
   [[nodiscard]] const LatestValue<ContactSnapshot>& snapshots() const { return snapshots_; }
@@ -81,7 +80,7 @@ class SplitGrasp {
   ControlReport first_control_;
   LatestValue<Frame> frames_;
   LatestValue<ContactSnapshot> snapshots_;
-  std::vector<Frame> held_back_;    ///< In a ring; sequence -1: none.
+  std::vector<Frame> held_back_;    ///< A ring; sequence -1: none.
   std::size_t next_held_back_ = 0;  ///< The oldest.
 };
 

@@ -14,26 +14,26 @@
 
 namespace thenar {
 
-/// The contact problem of the contact tick that `work` has just done on this frame, W dense, with the forces that its
-/// solve began with.
+/// Returns the contact problem of the contact tick that `work` has just done on this frame, W dense, with the first
+/// guess of its solve.
 [[nodiscard]] ContactFile contact_problem_file(const Model& model, const Frame& frame, const ContactScratch& work);
 
-/// The grasp-force problem of a control tick, about the object's origin, with the friction and squeeze of each finger
-/// where they are its own, and its optima for both cones by solve_grasp_forces; without an answer the file states none.
+/// Returns the grasp-force problem of a control tick, about the object's origin, with each finger's own friction and
+/// internal force, if any, and its optima for both cones by solve_grasp_forces; without an answer the file states none.
 [[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report);
 
-/// The muscle-force problem of the last control tick, and its answer.
+/// Returns the muscle-force problem of the last control tick, and its answer.
 [[nodiscard]] MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report);
 
-/// Writes the problems of a run into a folder: of every Nth contact tick T, counted from 0, contact-T.fcp (if the frame
-/// has contacts), and of the last control tick up to there, if no file has it yet, grasp-T.json and muscle-T.json. T
-/// has six digits or more.
+/// A watcher that writes the problems of a run into a folder: of every Nth contact tick T, counted from 0,
+/// contact-T.fcp (if the frame has contacts), and of the last control tick up to there, if not yet written,
+/// grasp-T.json and muscle-T.json. T has six digits or more.
 class ProblemDump : public Watcher {
  public:
-  /// Takes a folder that can be written to; requires every >= 1.
+  /// Requires a writable folder and every >= 1.
   ProblemDump(std::filesystem::path folder, std::int64_t every) : folder_(std::move(folder)), every_(every) {}
 
-  // Of a run on this thread. After a fault of the disk nothing more is written; the run is not the disk's.
+  // For a run on this thread. After a fault of the disk nothing more is written; the run continues.
   bool see_control(const ControlTick& tick) override;
   bool see_tick(const Tick& tick) override;
   /// Throws FileError if a file could not be written.
