@@ -239,7 +239,7 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
     const py::gil_scoped_release others;
     std::optional<RecordingFile> film;
     if (file) film.emplace(*file, *model, kept);
-    settings.film = film ? &*film : nullptr;
+    if (film) settings.watchers.push_back(&*film);
     State state(*model);
     recording = run_scene(*model, state, settings);
     if (film) film->finish(recording);

@@ -106,6 +106,13 @@ void RecordingFile::add_scene(const Model& model, double time_s) {
   shown_s_.reset();
 }
 
+bool RecordingFile::see_tick(const Tick& tick) {
+  const TickRecord record = tick_record(model_, tick, sums_);
+  if (tick.picture != nullptr) add(*tick.picture, record, tick.muscle_forces_N);
+  if (tick.run != nullptr) add(tick.run->state, tick.run->memory, tick.run->work, record, tick.muscle_forces_N);
+  return true;
+}
+
 void RecordingFile::add(const State& state, const ContactMemory& memory, const ContactScratch& work,
                         const TickRecord& tick, const Eigen::VectorXd& muscle_forces_N) {
   if (settings_.contacts) {

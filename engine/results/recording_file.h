@@ -16,6 +16,8 @@
 #include "engine/grasp/state.h"
 #include "engine/loops/film_tap.h"
 #include "engine/loops/picture.h"
+#include "engine/loops/run.h"
+#include "engine/results/recorder.h"
 #include "engine/results/recording.h"
 #include "engine/results/recording_schemas.h"
 #include "engine/results/state_message.h"
@@ -40,9 +42,10 @@ struct RecordingSettings {
 /// What is wrong with the names of fields, in a sentence that lists those there are; empty: nothing.
 [[nodiscard]] std::string unknown_field(const Model& model, const std::vector<std::string>& fields);
 
-/// What a run looks like, in an MCAP file that a window replays and others show: docs/reference/recordings.md. What the
-/// disk refuses ends the file, not the run: the beginning and finish() throw FileError.
-class RecordingFile {
+/// What a run looks like, in an MCAP file that a window replays and others show: docs/reference/recordings.md. It may
+/// watch the run, or get its states one by one. What the disk refuses ends the file, not the run: the beginning and
+/// finish() throw FileError.
+class RecordingFile : public Watcher {
  public:
   /// Begins with the scene and its points. The settings' fields are known ones.
   RecordingFile(const std::filesystem::path& file, const Model& model, const RecordingSettings& settings = {});
@@ -51,6 +54,8 @@ class RecordingFile {
   /// Whether the state after this tick is to be kept.
   [[nodiscard]] bool is_due(std::int64_t tick) const { return tick % every_ == 0; }
 
+  /// Adds the tick if it is of a run on one thread, or has a picture. Never ends the run.
+  bool see_tick(const Tick& tick) override;
   /// What a tick left, on the thread that did it: its contacts, and the state if it is due.
   void add(const State& state, const ContactMemory& memory, const ContactScratch& work, const TickRecord& tick,
            const Eigen::VectorXd& muscle_forces_N);
@@ -90,6 +95,7 @@ class RecordingFile {
   std::vector<Field> all_fields_, fields_;  ///< Of a whole state, and of what is kept of one.
   TriangleMesh surface_;                    ///< Of the object, which stays.
   McapWriter file_;
+  RunSums sums_;  ///< Of the ticks that it has seen as a watcher.
   Picture picture_;
   TickContacts contacts_;
   std::string bytes_, kept_;

@@ -175,7 +175,7 @@ TEST(Task, ThreadsGoThroughTheSamePhases) {
   settings.duration_s = 3.0;
   settings.realtime = false;
   settings.quiet = true;
-  const Recording recording = run_realtime(model, state, settings, {}, nullptr, {&arm}).recording;
+  const Recording recording = run_realtime(model, state, settings, {}, {&arm}).recording;
   ASSERT_GT(arm.phases.size(), 100U);
   const double most_m = 1.875 * 30e-3 / 1.0 * model.scene.step_s;
   for (std::size_t i = 1; i < arm.phases.size(); ++i) {

@@ -139,7 +139,7 @@ TEST(RecordingFile, KnowsTheSlipsOfARun) {
   const std::filesystem::path file = scratch() / "slide.mcap";
   RecordingFile film(file, model);
   State state(model);
-  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
+  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .watchers = {&film}});
   film.finish(run);
   const Field slip = by_name(state_fields(model)).at("slip_m");
   std::vector<double> last;

@@ -25,7 +25,7 @@ struct Recorded {
       : model(build_model(scene_of("box_grasp", {kCoarseBox, "time.duration=0.12 s"}))), file(scratch() / "run.mcap") {
     RecordingFile film(file, model, settings);
     State state(model);
-    RunSettings how{.film = &film};
+    RunSettings how{.watchers = {&film}};
     if (lockstep) how.lockstep = LockstepSettings{};
     run = run_scene(model, state, how);
     film.finish(run);

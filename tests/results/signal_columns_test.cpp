@@ -34,7 +34,7 @@ void expect_the_words_of_signals(const std::string& scene) {
   const std::filesystem::path file = scratch() / (scene + ".mcap");
   RecordingFile film(file, model);
   State state(model);
-  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .film = &film});
+  const Recording run = run_scene(model, state, {.lockstep = LockstepSettings{}, .watchers = {&film}});
   film.finish(run);
   std::istringstream signals(signals_csv(model, run)), table(run_csv(read_recording(file)));
   std::string line, last_tick, last_state;
