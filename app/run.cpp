@@ -22,15 +22,15 @@
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/loops/measured_period.h"
+#include "engine/problems/problem_dump.h"
+#include "engine/recordings/recording_file.h"
+#include "engine/recordings/signals.h"
+#include "engine/recordings/thread_film.h"
 #include "engine/results/profile.h"
-#include "engine/results/recording_file.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
 #include "engine/results/summary.h"
-#include "engine/results/thread_film.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/load_model.h"
-#include "engine/studies/problem_dump.h"
 
 namespace thenar::app {
 

@@ -17,11 +17,11 @@
 #include <utility>
 #include <vector>
 
-#include "engine/results/recording_file.h"
+#include "engine/recordings/recording_file.h"
+#include "engine/recordings/signals.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
 #include "engine/results/summary.h"
-#include "engine/studies/sweep.h"
+#include "engine/sweeps/sweep.h"
 #include "python/arrays.h"
 #include "python/laws.h"
 #include "python/scene.h"
