@@ -16,14 +16,14 @@
 #include "engine/formats/text.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/slides.h"
+#include "engine/models/build_model.h"
 #include "engine/pulps/pulp_levels.h"
 #include "engine/results/warnings.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/stiffness/stiffness_report.h"
 #include "engine/studies/model_parts.h"
 #include "engine/studies/reflex_reach.h"
 #include "engine/studies/savings.h"
-#include "engine/studies/stiffness_report.h"
 
 namespace thenar::app {
 

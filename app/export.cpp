@@ -10,8 +10,8 @@
 #include "engine/figures/recording_page.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
-#include "engine/results/recorded_run.h"
-#include "engine/results/run_tables.h"
+#include "engine/recordings/recorded_run.h"
+#include "engine/recordings/run_tables.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar::app {

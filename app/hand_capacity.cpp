@@ -6,12 +6,12 @@
 #include "app/exit_code.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
+#include "engine/capacity/capacity_report.h"
 #include "engine/formats/files.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/hand_file.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/studies/capacity_report.h"
 
 namespace thenar::app {
 

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/capacity/opposition.h"
 #include "engine/formats/text.h"
 #include "engine/hand/muscles.h"
-#include "engine/studies/opposition.h"
 
 namespace thenar::app {
 

@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "engine/finder/finder.h"
+#include "engine/models/object_surface.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/object_surface.h"
 
 namespace thenar::app {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/grasp/model.h"
-#include "engine/results/recording_file.h"
+#include "engine/recordings/recording_file.h"
 
 namespace CLI {
 class App;

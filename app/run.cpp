@@ -22,14 +22,15 @@
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
 #include "engine/loops/measured_period.h"
+#include "engine/problems/problem_dump.h"
+#include "engine/recordings/recording_file.h"
+#include "engine/recordings/signals.h"
+#include "engine/recordings/thread_film.h"
 #include "engine/results/profile.h"
-#include "engine/results/recording_file.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
 #include "engine/results/summary.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/load_model.h"
-#include "engine/studies/problem_dump.h"
 
 namespace thenar::app {
 
@@ -120,11 +121,23 @@ ThreadSettings thread_settings(const Options& options, const Model& model) {
   return settings;
 }
 
+/// Runs the scene to its end on two threads.
+RealtimeRun run_in_threads(const Options& options, const Model& model, State& state, const Progress& progress,
+                           RecordingFile* film) {
+  ThreadSettings settings = thread_settings(options, model);
+  if (film == nullptr) return run_realtime(model, state, settings, progress);
+  ThreadFilm to_file(model, *film, settings);
+  RealtimeRun run = run_realtime(model, state, settings, progress, {film});
+  to_file.finish();
+  return run;
+}
+
 /// Runs the scene to its end. On one thread there is a recording alone.
 RealtimeRun run_to_end(const Options& options, const Model& model, State& state, const Progress& progress,
                        RecordingFile* film, ProblemDump* dump) {
-  if (in_realtime(options)) return run_realtime(model, state, thread_settings(options, model), progress, film);
-  RunSettings settings{.progress = progress, .film = film};
+  if (in_realtime(options)) return run_in_threads(options, model, state, progress, film);
+  RunSettings settings{.progress = progress};
+  if (film != nullptr) settings.watchers.push_back(film);
   if (dump != nullptr) settings.watchers.push_back(dump);
   if (options.runner == Runner::kLockstep) settings.lockstep = LockstepSettings{.jitter_s = options.control_jitter_s};
   return {.recording = run_scene(model, state, settings), .report = {}, .profile = {}};

@@ -19,8 +19,8 @@
 #include "engine/formats/fclib_file.h"
 #include "engine/formats/problem_file.h"
 #include "engine/formats/text.h"
-#include "engine/studies/problem_check.h"
-#include "engine/studies/timed_solves.h"
+#include "engine/problems/problem_check.h"
+#include "engine/problems/timed_solves.h"
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/studies/problem_check.h"
+#include "engine/problems/problem_check.h"
 #include "solvers/muscles/stiff_muscles.h"
 #include "solvers/muscles/stiff_proof.h"
 

@@ -5,7 +5,7 @@
 
 #include "app/solve_result.h"
 #include "engine/formats/problem_file.h"
-#include "engine/studies/timed_solves.h"
+#include "engine/problems/timed_solves.h"
 
 namespace thenar::app {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "engine/studies/problem_check.h"
+#include "engine/problems/problem_check.h"
 
 namespace thenar::app {
 

@@ -10,8 +10,8 @@
 #include "engine/formats/files.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
+#include "engine/stiffness/stiffness_report.h"
 #include "engine/studies/load_model.h"
-#include "engine/studies/stiffness_report.h"
 
 namespace thenar::app {
 

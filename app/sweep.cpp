@@ -20,8 +20,8 @@
 #include "engine/formats/files.h"
 #include "engine/grasp/stopwatch.h"
 #include "engine/results/scene_run.h"
-#include "engine/studies/sweep.h"
-#include "engine/studies/sweep_journal.h"
+#include "engine/sweeps/sweep.h"
+#include "engine/sweeps/sweep_journal.h"
 
 namespace thenar::app {
 

@@ -6,7 +6,8 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/thenar)
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/thenar)
 set(core_rooms solvers muscles collision solids environment hand grasp control)
-set(other_rooms finder pulps formats scenes loops results figures studies insertion)
+set(other_rooms finder pulps formats scenes models loops results recordings figures capacity stiffness problems studies sweeps
+    insertion)
 
 # thenar-grasp: the real-time core, which needs Eigen alone. thenar-engine: all the rest.
 foreach(set IN ITEMS core other)

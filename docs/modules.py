@@ -37,10 +37,10 @@ MAIN = {
     "engine/grasp/environment_tick.h": "look_around",
     "engine/grasp/patches.h": "PatchReport",
     "engine/loops/realtime.h": "Schedule",
-    "engine/scenes/new_scene.h": "write_new_scene",
+    "engine/models/new_scene.h": "write_new_scene",
     "engine/scenes/scene_file.h": "load_scene",
     "engine/scenes/units.h": "read_quantity",
-    "engine/studies/hand_capacity.h": "largest_pinch",
+    "engine/capacity/hand_capacity.h": "largest_pinch",
     "solvers/dual_active_set.h": "project",
     "solvers/muscles/stiff_proof.h": "stiff_kkt_error",
 }

@@ -17,11 +17,11 @@
 #include <utility>
 #include <vector>
 
-#include "engine/results/recording_file.h"
+#include "engine/recordings/recording_file.h"
+#include "engine/recordings/signals.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
 #include "engine/results/summary.h"
-#include "engine/studies/sweep.h"
+#include "engine/sweeps/sweep.h"
 #include "python/arrays.h"
 #include "python/laws.h"
 #include "python/scene.h"
@@ -239,7 +239,7 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
     const py::gil_scoped_release others;
     std::optional<RecordingFile> film;
     if (file) film.emplace(*file, *model, kept);
-    settings.film = film ? &*film : nullptr;
+    if (film) settings.watchers.push_back(&*film);
     State state(*model);
     recording = run_scene(*model, state, settings);
     if (film) film->finish(recording);

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/scenes/object_surface.h"
-#include "engine/scenes/scene_grasp.h"
+#include "engine/models/object_surface.h"
+#include "engine/models/scene_grasp.h"
 #include "python/arrays.h"
 #include "python/scene.h"
 

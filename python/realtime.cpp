@@ -168,7 +168,7 @@ void Realtime::run() {
   try {
     State state(*model);
     const Progress progress = [this](double, double) { return !stopping_.load(std::memory_order_relaxed); };
-    result = run_realtime(*model, state, settings_, progress, nullptr, {&newest});
+    result = run_realtime(*model, state, settings_, progress, {&newest});
   } catch (py::error_already_set& error) {
     const py::gil_scoped_acquire lock;
     if (error.trace()) PyException_SetTraceback(error.value().ptr(), error.trace().ptr());

@@ -20,8 +20,8 @@
 #include "engine/figures/recording_page.h"
 #include "engine/formats/contact_block.h"
 #include "engine/formats/text.h"
+#include "engine/recordings/recorded_run.h"
 #include "engine/results/contact_fields.h"
-#include "engine/results/recorded_run.h"
 #include "python/arrays.h"
 #include "python/tick_views.h"
 

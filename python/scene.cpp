@@ -7,9 +7,9 @@
 #include <cctype>
 #include <utility>
 
-#include "engine/scenes/new_scene.h"
+#include "engine/models/new_scene.h"
+#include "engine/models/scene_grasp.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
 #include "engine/studies/load_model.h"

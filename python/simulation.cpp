@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "engine/loops/run_state.h"
+#include "engine/recordings/recording_file.h"
 #include "engine/results/record_state.h"
-#include "engine/results/recording_file.h"
 #include "engine/results/summary.h"
 #include "engine/results/verdict.h"
 #include "python/arrays.h"

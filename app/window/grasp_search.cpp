@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "engine/loops/realtime.h"
-#include "engine/results/state_message.h"
+#include "engine/models/scene_grasp.h"
+#include "engine/recordings/state_message.h"
 #include "engine/results/tick_fields.h"
-#include "engine/scenes/scene_grasp.h"
 #include "engine/scenes/scene_text.h"
 
 namespace thenar::window {

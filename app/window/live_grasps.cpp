@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "engine/loops/realtime.h"
-#include "engine/scenes/surface_model.h"
+#include "engine/models/surface_model.h"
 
 namespace thenar::window {
 

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "engine/results/state_message.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
+#include "engine/models/surface_model.h"
+#include "engine/recordings/state_message.h"
 #include "engine/scenes/describe.h"
 #include "engine/scenes/key_table.h"
-#include "engine/scenes/surface_model.h"
 
 namespace thenar::window {
 

@@ -8,7 +8,7 @@
 
 #include "engine/grasp/model.h"
 #include "engine/loops/live_contact.h"
-#include "engine/results/state_message.h"
+#include "engine/recordings/state_message.h"
 #include "solvers/contact_problem.h"
 
 namespace thenar::window {

@@ -26,8 +26,8 @@
 #include "engine/loops/realtime.h"
 #include "engine/loops/split_grasp.h"
 #include "engine/loops/threads.h"
+#include "engine/recordings/shown_surface.h"
 #include "engine/results/recorder.h"
-#include "engine/results/shown_surface.h"
 
 namespace thenar::window {
 

@@ -12,7 +12,7 @@
 #include "app/window/message.h"
 #include "app/window/server.h"
 #include "engine/grasp/model.h"
-#include "engine/results/recording_file.h"
+#include "engine/recordings/recording_file.h"
 
 namespace thenar::window {
 

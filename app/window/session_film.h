@@ -8,7 +8,7 @@
 #include "engine/loops/film_tap.h"
 #include "engine/loops/live_contact.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/recording_file.h"
+#include "engine/recordings/recording_file.h"
 
 namespace thenar::window {
 

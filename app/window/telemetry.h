@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "engine/loops/threads.h"
+#include "engine/recordings/state_message.h"
 #include "engine/results/recording.h"
-#include "engine/results/state_message.h"
 
 namespace thenar::window {
 

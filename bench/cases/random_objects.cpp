@@ -9,10 +9,10 @@
 #include "collision/blue_noise.h"
 #include "engine/control/control_tick.h"
 #include "engine/grasp/contact_tick.h"
+#include "engine/models/object_surface.h"
+#include "engine/models/scene_grasp.h"
+#include "engine/models/surface_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/object_surface.h"
-#include "engine/scenes/scene_grasp.h"
-#include "engine/scenes/surface_model.h"
 
 namespace thenar {
 

@@ -9,9 +9,9 @@
 #include <string>
 
 #include "engine/formats/files.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
+#include "engine/problems/problem_dump.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/studies/problem_dump.h"
 
 namespace thenar {
 

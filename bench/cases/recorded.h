@@ -8,7 +8,7 @@
 #include "engine/grasp/contact_tick.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
-#include "engine/studies/problem_dump.h"
+#include "engine/problems/problem_dump.h"
 
 namespace thenar {
 

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
+#include "engine/problems/problem_dump.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/studies/problem_dump.h"
 
 namespace thenar {
 namespace {

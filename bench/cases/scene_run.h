@@ -5,7 +5,7 @@
 
 #include "engine/grasp/model.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 
 namespace thenar {
 

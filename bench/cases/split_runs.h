@@ -12,7 +12,7 @@
 #include "engine/grasp/compliance.h"
 #include "engine/grasp/stopwatch.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 
 namespace thenar {
 

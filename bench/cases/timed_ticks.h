@@ -10,7 +10,7 @@
 #include "bench/cases/recorded.h"
 #include "engine/loops/percentiles.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

@@ -13,7 +13,7 @@
 #include "bench/report/measure.h"
 #include "engine/grasp/stopwatch.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

@@ -14,9 +14,9 @@
 #include "bench/cases/random_objects.h"
 #include "bench/report/figure.h"
 #include "bench/report/outcome_map.h"
+#include "engine/models/scene_grasp.h"
 #include "engine/results/scene_run.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/scenes/scene_grasp.h"
 
 namespace thenar {
 namespace {

@@ -14,7 +14,7 @@
 #include "bench/report/figure.h"
 #include "bench/report/measure.h"
 #include "engine/grasp/stopwatch.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

@@ -16,7 +16,7 @@
 #include "bench/report/outcome_map.h"
 #include "engine/environment/minimum_jerk.h"
 #include "engine/insertion/insertion_report.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "bench/report/outcome_map.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 

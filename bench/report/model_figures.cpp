@@ -14,7 +14,7 @@
 #include "bench/report/figure.h"
 #include "engine/loops/percentiles.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/studies/model_parts.h"
 

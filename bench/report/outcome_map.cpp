@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "bench/report/figure.h"
-#include "engine/studies/sweep.h"
+#include "engine/sweeps/sweep.h"
 
 namespace thenar {
 

@@ -13,7 +13,7 @@
 #include "bench/report/outcome_map.h"
 #include "bench/report/touch_runs.h"
 #include "engine/control/pose_loop.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

@@ -15,7 +15,7 @@
 #include "bench/cases/split_runs.h"
 #include "bench/report/figure.h"
 #include "engine/loops/percentiles.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

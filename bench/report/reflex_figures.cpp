@@ -16,9 +16,9 @@
 #include "bench/report/figure.h"
 #include "bench/report/touch_runs.h"
 #include "engine/control/control.h"
+#include "engine/models/build_model.h"
 #include "engine/pulps/pressed_pulp.h"
 #include "engine/results/verdict.h"
-#include "engine/scenes/build_model.h"
 #include "engine/studies/reflex_reach.h"
 
 namespace thenar {

@@ -18,10 +18,10 @@
 #include "bench/report/outcome_map.h"
 #include "engine/control/control_tick.h"
 #include "engine/environment/minimum_jerk.h"
+#include "engine/models/build_model.h"
+#include "engine/models/surface_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
-#include "engine/scenes/surface_model.h"
 
 namespace thenar {
 namespace {

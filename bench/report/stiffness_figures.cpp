@@ -16,12 +16,12 @@
 #include "bench/report/figure.h"
 #include "bench/report/outcome_map.h"
 #include "bench/report/touch_runs.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
-#include "engine/studies/object_stiffness.h"
-#include "engine/studies/stiffness_probe.h"
-#include "engine/studies/stiffness_range.h"
-#include "engine/studies/stiffness_report.h"
+#include "engine/stiffness/object_stiffness.h"
+#include "engine/stiffness/stiffness_probe.h"
+#include "engine/stiffness/stiffness_range.h"
+#include "engine/stiffness/stiffness_report.h"
 
 namespace thenar {
 namespace {

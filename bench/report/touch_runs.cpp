@@ -6,8 +6,8 @@
 #include <iterator>
 
 #include "bench/report/figure.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar {

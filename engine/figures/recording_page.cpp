@@ -11,7 +11,7 @@
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_file.h"
 #include "engine/formats/mcap_reader.h"
-#include "engine/results/recorded_run.h"
+#include "engine/recordings/recorded_run.h"
 #include "engine/scenes/shared_data.h"
 
 namespace thenar {

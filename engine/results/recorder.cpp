@@ -115,9 +115,16 @@ void RunSums::add(TickRecord& tick) {
   tick.last_reflex = last_reflex_;
 }
 
-Recorder::Recorder(const Model& model, RecordingFile* film)
+TickRecord tick_record(const Model& model, const Tick& tick, RunSums& sums) {
+  TickRecord record = tick_record(model, tick.after, tick.contact, tick.control);
+  if (tick.controlled) record_control(tick.control, record);
+  record.interpolate_s = tick.display_s;
+  sums.add(record);
+  return record;
+}
+
+Recorder::Recorder(const Model& model)
     : model_(model),
-      film_(film),
       planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
       monitor_(model) {}
 
@@ -141,14 +148,7 @@ bool Recorder::see_tick(const Tick& tick) {
     if (now == all.cols()) all.conservativeResize(Eigen::NoChange, std::max<Eigen::Index>(16, 2 * now));
     all.col(now) = tick.muscle_forces_N;
   }
-  TickRecord& record = recording_.ticks.emplace_back(tick_record(model_, tick.after, tick.contact, tick.control));
-  if (tick.controlled) record_control(tick.control, record);
-  record.interpolate_s = tick.display_s;
-  sums_.add(record);
-  monitor_.add(record);
-  if (film_ != nullptr && tick.picture != nullptr) film_->add(*tick.picture, record, tick.muscle_forces_N);
-  if (film_ != nullptr && tick.run != nullptr)
-    film_->add(tick.run->state, tick.run->memory, tick.run->work, record, tick.muscle_forces_N);
+  monitor_.add(recording_.ticks.emplace_back(tick_record(model_, tick, sums_)));
   return !(monitor_.has_ended() && model_.scene.control);
 }
 

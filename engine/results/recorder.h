@@ -12,7 +12,6 @@
 #include "engine/loops/run.h"
 #include "engine/results/grasp_monitor.h"
 #include "engine/results/recording.h"
-#include "engine/results/recording_file.h"
 
 namespace thenar {
 
@@ -46,11 +45,13 @@ class RunSums {
   KnownStiffness stiffness_;
 };
 
+/// Makes the record of a tick that a watcher sees, with the sums so far: each tick of the run in its order.
+[[nodiscard]] TickRecord tick_record(const Model& model, const Tick& tick, RunSums& sums);
+
 /// Gathers a run tick by tick, and watches it.
 class Recorder : public Watcher {
  public:
-  /// `film`, if there is one, gets each record, too.
-  explicit Recorder(const Model& model, RecordingFile* film = nullptr);
+  explicit Recorder(const Model& model);
 
   /// False: without a first solution there are no forces to go on with.
   bool see_control(const ControlTick& tick) override;
@@ -74,7 +75,6 @@ class Recorder : public Watcher {
   void make_room();
 
   const Model& model_;
-  RecordingFile* film_;
   std::int64_t planned_;
   Recording recording_;
   RunSums sums_;

@@ -37,39 +37,13 @@ class ProgressWatcher : public Watcher {
   std::optional<double> interrupted_s_;
 };
 
-/// What takes a recording of two threads to its file.
-struct Filming {
-  Filming(const Model& model, RecordingFile& to, ThreadSettings& settings)
-      : film(to),
-        hands(model),
-        live(model, nobody, hands),
-        tap(model, ticks_per_state(model, film.settings()), film.settings().contacts) {
-    live.tap = &tap;
-    settings.live = &live;
-    settings.on_look = [this] {
-      film.take_contacts(tap);
-      return true;
-    };
-  }
-  void finish() {
-    film.take_contacts(tap);
-    film.miss(tap.lost_pictures(), tap.lost_contacts());
-  }
-
-  RecordingFile& film;
-  LatestValue<LiveInput> nobody;
-  LiveHands hands;
-  LiveContact live;
-  FilmTap tap;
-};
-
 }  // namespace
 
 Recording run_scene(const Model& model, State& state, const RunSettings& settings) {
   GraspRun run = settings.lockstep ? GraspRun(model, *settings.lockstep) : GraspRun(model);
   run.controller.own = settings.own;
   run.state = start_of_run(std::move(state));
-  Recorder recorder(model, settings.film);
+  Recorder recorder(model);
   ProgressWatcher progress(model, settings.progress);
   std::vector<Watcher*> watchers = settings.watchers;
   watchers.insert(watchers.end(), {&recorder, &progress});
@@ -80,20 +54,19 @@ Recording run_scene(const Model& model, State& state, const RunSettings& setting
 }
 
 RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings, const Progress& progress,
-                         RecordingFile* film, const std::vector<Watcher*>& watchers) {
+                         const std::vector<Watcher*>& watchers) {
   RealtimeRun run;
-  Recorder recorder(model, film);
+  Recorder recorder(model);
+  FilmTap* const tap = settings.live != nullptr ? settings.live->tap : nullptr;
   bool lost = false;
   std::optional<double> interrupted_s;
-  std::optional<Filming> filming;
-  if (film != nullptr) filming.emplace(model, *film, settings);
   const auto see = [&](const ContactSample& sample, const ControlSample& control) {
     const TickReport& contact = sample.step.tick;
     Tick tick{sample.after, contact, control.step.control, control.muscle_forces_N, contact.handed_over};
-    if (filming) tick.picture = filming->tap.picture_of(sample.after.tick);
+    if (tap != nullptr) tick.picture = tap->picture_of(sample.after.tick);
     lost = !recorder.see_tick(tick);
     for (Watcher* watcher : watchers) lost = !watcher->see_tick(tick) || lost;
-    if (tick.picture != nullptr) filming->tap.pictures.pop();
+    if (tick.picture != nullptr) tap->pictures.pop();
     return !lost;
   };
   Pairing pairing(see, [&](const ContactSample& sample, const ControlSample& control) {
@@ -123,7 +96,6 @@ RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settin
   };
   run.report = run_threads(model, state, settings);
   pairing.finish();
-  if (filming) filming->finish();
   if (const auto what = lost_records(run.report)) recorder.miss(*what);
   if (interrupted_s) recorder.interrupt(*interrupted_s);
   run.recording = recorder.finish(state, pairing.in_use().step.control, run.report.wall_s);

@@ -11,7 +11,6 @@
 #include "engine/loops/threads.h"
 #include "engine/results/profile.h"
 #include "engine/results/recording.h"
-#include "engine/results/recording_file.h"
 
 namespace thenar {
 
@@ -23,7 +22,6 @@ struct RunSettings {
   std::optional<LockstepSettings> lockstep = {};  ///< Nothing: in one loop.
   OwnControl own = {};                            ///< Instead of parts of the published controller.
   Progress progress = {};
-  RecordingFile* film = nullptr;        ///< Of what it looks like: what the disk refuses it reports at its end.
   std::vector<Watcher*> watchers = {};  ///< Beside the recorder.
   bool shows = true;                    ///< In one loop, the fingertips: see run_ticks().
 };
@@ -33,12 +31,10 @@ struct RunSettings {
 [[nodiscard]] Recording run_scene(const Model& model, State& state, const RunSettings& settings = {});
 
 /// The same by run_threads, in real time. Ticks that slipped are not in the recording and do not count as missing:
-/// simulated time lags. The fingertips are not shown. `settings` says how; its callbacks are not called. `film`, if
-/// there is one, receives what it looks like; throws FileError. A state that nobody had time for is missing there.
-/// `watchers` see the ticks as the recorder does, on the calling thread. With `settings.live`, which `film` excludes,
-/// people act on it.
+/// simulated time lags. The fingertips are not shown. `settings` says how; its callbacks are not called, except
+/// on_start and on_look. `watchers` see the ticks as the recorder does, on the calling thread, with the pictures of the
+/// tap of `settings.live`, if it has one. With `settings.live` people act on the run.
 [[nodiscard]] RealtimeRun run_realtime(const Model& model, State& state, ThreadSettings settings,
-                                       const Progress& progress = {}, RecordingFile* film = nullptr,
-                                       const std::vector<Watcher*>& watchers = {});
+                                       const Progress& progress = {}, const std::vector<Watcher*>& watchers = {});
 
 }  // namespace thenar

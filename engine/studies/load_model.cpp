@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/grasp/model.h"
-#include "engine/scenes/object_surface.h"
+#include "engine/models/object_surface.h"
 #include "engine/studies/model_parts.h"
 
 namespace thenar {

@@ -11,9 +11,9 @@
 
 #include "engine/grasp/pulp_touch.h"
 #include "engine/loops/percentiles.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 
 namespace thenar {
 

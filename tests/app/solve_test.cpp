@@ -13,7 +13,7 @@
 
 #include "engine/formats/fclib_file.h"
 #include "engine/formats/problem_file.h"
-#include "engine/studies/problem_check.h"
+#include "engine/problems/problem_check.h"
 #include "tests/support/json_eigen.h"
 #include "tests/support/program.h"
 #include "tests/support/recorded_problems.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bench/report/outcome_map.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::plain_contact_test {

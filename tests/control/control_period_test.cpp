@@ -10,7 +10,7 @@
 
 #include "engine/control/control_tick.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::control_period_test {

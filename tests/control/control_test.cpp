@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/config.h"
 #include "tests/support/algebra.h"
 #include "tests/support/scenes.h"

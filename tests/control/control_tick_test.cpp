@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::control_tick_test {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::pose_loop_test {

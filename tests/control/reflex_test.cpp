@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/recorder.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::reflex_test {

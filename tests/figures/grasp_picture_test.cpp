@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "engine/grasp/state.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::grasp_picture_test {

@@ -1,7 +1,7 @@
 // Whatever the bytes of a recording: what replaying it and exporting it take from it, or a FileError.
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
-#include "engine/results/run_tables.h"
+#include "engine/recordings/run_tables.h"
 #include "tests/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

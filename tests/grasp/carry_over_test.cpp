@@ -10,8 +10,8 @@
 
 #include "engine/loops/run.h"
 #include "engine/loops/split_grasp.h"
-#include "engine/scenes/build_model.h"
-#include "engine/scenes/surface_model.h"
+#include "engine/models/build_model.h"
+#include "engine/models/surface_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/split_runs.h"
 #include "tests/support/three_fingers.h"

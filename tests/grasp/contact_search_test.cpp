@@ -15,7 +15,7 @@
 #include "engine/grasp/finger_travel.h"
 #include "engine/grasp/frame.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/grasp/grasp_frame.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/grasp/moving_grasp.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"

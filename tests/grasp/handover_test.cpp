@@ -12,7 +12,7 @@
 #include "engine/grasp/compliance.h"
 #include "engine/grasp/contact_tick.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/grasp/moving_grasp.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"

@@ -10,7 +10,7 @@
 
 #include "bench/cases/scene_run.h"
 #include "engine/grasp/delassus.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "solvers/contact_newton.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"

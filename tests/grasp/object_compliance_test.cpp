@@ -8,9 +8,9 @@
 #include <numbers>
 
 #include "engine/grasp/compliance.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
+#include "engine/problems/problem_dump.h"
 #include "engine/scenes/config.h"
-#include "engine/studies/problem_dump.h"
 #include "tests/support/algebra.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"

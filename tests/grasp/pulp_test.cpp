@@ -9,7 +9,7 @@
 
 #include "engine/grasp/compliance.h"
 #include "engine/grasp/frame.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "solvers/gauss_seidel.h"
 #include "tests/support/algebra.h"
 #include "tests/support/scenes.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "engine/insertion/insertion_report.h"
+#include "engine/models/build_model.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "tests/support/scenes.h"
 

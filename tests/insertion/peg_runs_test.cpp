@@ -13,7 +13,7 @@
 #include "bench/cases/pegs.h"
 #include "engine/insertion/insertion.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/support/allocation_counter.h"

@@ -4,7 +4,7 @@
 
 #include "engine/loops/live_contact.h"
 #include "engine/loops/threads.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 

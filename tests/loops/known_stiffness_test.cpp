@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::known_stiffness_test {

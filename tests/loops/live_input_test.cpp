@@ -14,7 +14,7 @@
 
 #include "engine/control/control.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 

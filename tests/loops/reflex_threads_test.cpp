@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/loops/threads.h"
+#include "engine/models/build_model.h"
 #include "engine/results/verdict.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::reflex_threads_test {

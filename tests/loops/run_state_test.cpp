@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::run_state_test {

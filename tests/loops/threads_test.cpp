@@ -22,7 +22,7 @@
 #include "engine/loops/live_contact.h"
 #include "engine/loops/realtime.h"
 #include "engine/loops/split_grasp.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 #include "tests/support/seccomp_trap.h"

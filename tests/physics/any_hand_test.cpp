@@ -9,7 +9,7 @@
 #include <random>
 
 #include "engine/grasp/contact_tick.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "bench/cases/random_objects.h"
-#include "engine/scenes/scene_grasp.h"
+#include "engine/models/scene_grasp.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::found_grasps_test {

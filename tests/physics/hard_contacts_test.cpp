@@ -16,7 +16,7 @@
 #include "collision/shapes.h"
 #include "engine/formats/ply_file.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "bench/cases/pads.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/control/control.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"
 

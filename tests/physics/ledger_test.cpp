@@ -7,7 +7,7 @@
 
 #include "engine/grasp/contact_tick.h"
 #include "engine/loops/run.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::ledger_test {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "collision/solids/sampled_solid.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::resting_samples_test {

@@ -8,9 +8,9 @@
 #include <ostream>
 #include <string>
 
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/three_fingers.h"
 
 namespace thenar::scenes_test {

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "engine/grasp/pulp_touch.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/carried.h"
 #include "tests/support/scenes.h"

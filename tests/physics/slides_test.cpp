@@ -14,7 +14,7 @@
 #include "engine/grasp/contact_tick.h"
 #include "engine/loops/run.h"
 #include "engine/loops/threads.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/support/scratch.h"
 

@@ -14,9 +14,9 @@
 
 #include "bench/cases/split_runs.h"
 #include "engine/grasp/handover.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"
 

@@ -13,7 +13,7 @@
 #include "engine/control/control.h"
 #include "engine/loops/run.h"
 #include "engine/loops/threads.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"
 

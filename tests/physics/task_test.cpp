@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/scenes.h"
 
@@ -175,7 +175,7 @@ TEST(Task, ThreadsGoThroughTheSamePhases) {
   settings.duration_s = 3.0;
   settings.realtime = false;
   settings.quiet = true;
-  const Recording recording = run_realtime(model, state, settings, {}, nullptr, {&arm}).recording;
+  const Recording recording = run_realtime(model, state, settings, {}, {&arm}).recording;
   ASSERT_GT(arm.phases.size(), 100U);
   const double most_m = 1.875 * 30e-3 / 1.0 * model.scene.step_s;
   for (std::size_t i = 1; i < arm.phases.size(); ++i) {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/models/build_model.h"
+#include "engine/recordings/signals.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::touch_observes_test {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/results/recording_scene.h"
+#include "engine/models/build_model.h"
+#include "engine/recordings/recording_scene.h"
+#include "engine/recordings/signals.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/results/watched_runs.h"
 #include "tests/support/scenes.h"
 

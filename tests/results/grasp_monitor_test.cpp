@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/results/watched_runs.h"
 #include "tests/support/scenes.h"
 

@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "engine/control/control_period.h"
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::own_control_test {

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/known_run.h"
 #include "tests/support/scenes.h"
 

@@ -5,8 +5,8 @@
 #include <set>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/grasp_monitor.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::recorder_test {

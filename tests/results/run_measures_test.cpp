@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::run_measures_test {

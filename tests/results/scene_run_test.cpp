@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/support/three_fingers.h"
 

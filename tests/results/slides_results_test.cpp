@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <string>
 
-#include "engine/results/recording_scene.h"
+#include "engine/models/build_model.h"
+#include "engine/recordings/recording_scene.h"
+#include "engine/recordings/signal_columns.h"
+#include "engine/recordings/signals.h"
+#include "engine/recordings/state_message.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signal_columns.h"
-#include "engine/results/signals.h"
-#include "engine/results/state_message.h"
 #include "engine/results/summary.h"
 #include "engine/results/warnings.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 /// Fingertips on slides in results: in m and N, where a hand has rad and N m.

@@ -10,10 +10,10 @@
 #include <set>
 #include <string>
 
+#include "engine/models/build_model.h"
+#include "engine/recordings/signal_columns.h"
+#include "engine/recordings/signals.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signal_columns.h"
-#include "engine/results/signals.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::tick_fields_test {

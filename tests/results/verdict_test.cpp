@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/grasp_monitor.h"
 #include "engine/results/scene_run.h"
-#include "engine/scenes/build_model.h"
-#include "engine/studies/sweep.h"
+#include "engine/sweeps/sweep.h"
 #include "tests/results/watched_runs.h"
 #include "tests/support/scenes.h"
 

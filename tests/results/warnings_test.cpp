@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/pulps/pressed_pulp.h"
 #include "engine/pulps/pulp_levels.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::warnings_test {

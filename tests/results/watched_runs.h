@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/models/build_model.h"
 #include "engine/results/grasp_monitor.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 /// Runs as a monitor is given them.

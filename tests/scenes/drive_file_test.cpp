@@ -7,9 +7,9 @@
 
 #include "engine/control/control_tick.h"
 #include "engine/formats/files.h"
+#include "engine/models/build_model.h"
+#include "engine/recordings/signals.h"
 #include "engine/results/scene_run.h"
-#include "engine/results/signals.h"
-#include "engine/scenes/build_model.h"
 #include "engine/scenes/config.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"

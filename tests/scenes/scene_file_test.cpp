@@ -13,8 +13,8 @@
 #include "engine/grasp/model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/shared_data.h"
-#include "tests/scenes/small_scenes.h"
 #include "tests/support/scenes.h"
+#include "tests/support/small_scenes.h"
 
 namespace thenar::scene_file_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "engine/formats/files.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/scene_text.h"
 #include "tests/support/scratch.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/formats/files.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/support/scenes.h"

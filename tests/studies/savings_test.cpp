@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/studies/model_parts.h"
 #include "tests/support/scenes.h"
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "engine/models/build_model.h"
 #include "engine/results/profile.h"
 #include "engine/results/recorder.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 
 /// A run of two loops whose every number is known.

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "app/window/live_settings.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/window/shown_session.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "engine/results/state_message.h"
+#include "engine/recordings/state_message.h"
 #include "engine/results/tick_fields.h"
 #include "engine/scenes/scene_file.h"
 #include "tests/support/scratch.h"

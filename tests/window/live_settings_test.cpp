@@ -9,7 +9,7 @@
 #include <variant>
 
 #include "app/window/session.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
 #include "engine/scenes/key_table.h"
 #include "engine/scenes/scene_text.h"
 #include "tests/support/scenes.h"

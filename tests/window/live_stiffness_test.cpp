@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "app/window/live_settings.h"
+#include "engine/models/build_model.h"
 #include "engine/results/verdict.h"
-#include "engine/scenes/build_model.h"
 #include "tests/support/scenes.h"
 #include "tests/window/shown_session.h"
 

@@ -11,7 +11,7 @@
 
 #include "engine/loops/live_input.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/recorded_run.h"
+#include "engine/recordings/recorded_run.h"
 #include "tests/support/messages.h"
 #include "tests/support/scratch.h"
 #include "tests/window/shown_session.h"

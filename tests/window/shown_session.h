@@ -13,8 +13,8 @@
 
 #include "app/window/session.h"
 #include "engine/loops/realtime.h"
-#include "engine/results/state_message.h"
-#include "engine/scenes/build_model.h"
+#include "engine/models/build_model.h"
+#include "engine/recordings/state_message.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::window::shown_session {

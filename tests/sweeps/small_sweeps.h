@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "engine/scenes/scene_file.h"
+#include "engine/scenes/units.h"
+#include "engine/sweeps/sweep.h"
+#include "tests/support/scenes.h"
+#include "tests/support/scratch.h"
+
+/// Sweeps of few rows.
+namespace thenar::small_sweeps {
+
+namespace fs = std::filesystem;
+using Texts = std::vector<std::string>;
+
+/// A scene whose surface is soon there, until it is measured.
+inline SweepPlan small_plan(const Texts& vary) {
+  SweepPlan plan{config_file("minimal"), {"object.points=2000", "time.duration=0.32 s"}, {}};
+  for (const std::string& text : vary) plan.vary.push_back(read_variation(text));
+  return plan;
+}
+
+/// A copy of a scene and its hand, to be changed.
+inline fs::path copied_scene(const fs::path& folder, const std::string& hand = "hand.yaml") {
+  fs::create_directories(folder);
+  fs::copy_file(config_file("hand"), folder / hand);
+  std::string text = read(config_file("minimal"));
+  const std::string shipped = "hand.yaml";
+  text.replace(text.find(shipped), shipped.size(), hand);
+  std::ofstream(folder / "minimal.yaml") << text;
+  return folder / "minimal.yaml";
+}
+
+inline SweepRow row_of(Outcome outcome, const std::string& reason, const std::string& measures) {
+  SweepRow row;
+  row.verdict = {outcome, reason};
+  row.measures = nlohmann::ordered_json::parse(measures);
+  return row;
+}
+
+}  // namespace thenar::small_sweeps

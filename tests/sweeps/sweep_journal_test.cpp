@@ -1,0 +1,127 @@
+#include "engine/sweeps/sweep_journal.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "engine/scenes/config.h"
+#include "engine/scenes/scene_file.h"
+#include "engine/scenes/units.h"
+#include "engine/sweeps/sweep.h"
+#include "tests/support/scratch.h"
+#include "tests/sweeps/small_sweeps.h"
+
+namespace thenar::sweep_journal_test {
+namespace {
+
+using namespace small_sweeps;
+
+TEST(SweepJournal, GivesBackWhatWasAddedAndDropsATornLine) {
+  const fs::path folder = scratch();
+  const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  SweepRow failed =
+      row_of(Outcome::kSolverFailed, "a \"reason\",\nin two lines", R"({"max_slip_mm": 0.30000000000000004})");
+  failed.left_out = "left out: muscles, and why";
+  SweepJournal(folder, 0, json).add(3, failed);
+  std::ofstream(folder / "journal-0.jsonl", std::ios::app) << R"({"row":4,"outcome":"held","rea)";
+  const SweepRow held = row_of(Outcome::kHeld, "", R"({"final_error_mm": 5e-324, "lost_at_s": null})");
+  SweepJournal(folder, 0, json).add(1, held);
+  SweepJournal(folder, 7, json).add(0, {});
+  const auto rows = read_journals(folder, json);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows.at(3).verdict.outcome, failed.verdict.outcome);
+  EXPECT_EQ(rows.at(3).verdict.reason, failed.verdict.reason);
+  EXPECT_EQ(rows.at(3).measures, failed.measures);
+  EXPECT_EQ(rows.at(3).left_out, failed.left_out);
+  EXPECT_EQ(rows.at(1).measures, held.measures);
+  EXPECT_TRUE(read_journals(folder, plan_json(plan, "lockstep")).empty()) << "rows of another plan";
+}
+
+TEST(SweepJournal, OneSweepAtATimeBeginsInAFolder) {
+  const fs::path folder = scratch();
+  const auto one = plan_json(small_plan({"contact.friction=0.1:0.9:5"}), "test");
+  const auto other = plan_json(small_plan({"contact.friction=0.1:0.9:6"}), "test");
+  std::optional<FileLock> claim = claim_sweep_folder(folder, one);
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, other)), ConfigError);
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, one)), ConfigError) << "both would look for missing rows";
+  const SweepJournal journal(folder, 0, one);
+  claim.reset();
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, other)), ConfigError);
+  // A process that has read other files than the one that claimed the folder.
+  EXPECT_THROW(SweepJournal(folder, 1, other), ConfigError);
+}
+
+// What a killed process left of its plan is written anew; what is no part of the plan is somebody's.
+TEST(SweepJournal, ATornPlanIsNobodys) {
+  const fs::path folder = scratch(), file = folder / "plan.json";
+  const auto plan = plan_json(small_plan({"contact.friction=0.1:0.9:5"}), "test");
+  static_cast<void>(claim_sweep_folder(folder, plan));
+  const std::string whole = read(file);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, whole.size() / 2, whole.size() - 1}) {
+    fs::resize_file(file, size);
+    static_cast<void>(claim_sweep_folder(folder, plan));
+    EXPECT_EQ(read(file), whole);
+  }
+  std::ofstream(file) << "a plan of mine";
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(folder, plan)), ConfigError);
+  EXPECT_EQ(read(file), "a plan of mine");
+}
+
+TEST(SweepJournal, TheLastProcessToEndIsTheOneThatKnowsIt) {
+  const fs::path folder = scratch();
+  const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  SweepJournal one(folder, 0, json), other(folder, 1, json);
+  EXPECT_THROW(SweepJournal(folder, 1, json), ConfigError) << "two processes would run the same rows";
+  other.add(4, {});
+  EXPECT_FALSE(one.finish(plan).last);
+  other.add(2, {});
+  const auto merged = other.finish(plan);
+  EXPECT_TRUE(merged.last);
+  EXPECT_EQ(merged.rows.size(), 2U);
+  EXPECT_EQ(read(folder / "rows.csv"), rows_csv(plan, merged.rows));
+}
+
+TEST(SweepJournal, AFolderStaysTheSweepsThatItIs) {
+  const fs::path folder = scratch();
+  const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  static_cast<void>(claim_sweep_folder(folder, json));
+  const std::string before = read(folder / "plan.json");
+  const auto refused = [&](const SweepPlan& other, const std::string& runner, const std::string& part) {
+    try {
+      static_cast<void>(claim_sweep_folder(folder, plan_json(other, runner)));
+    } catch (const ConfigError& error) {
+      return std::string(error.what()).find("another '" + part + "'") != std::string::npos;
+    }
+    return false;
+  };
+  SweepPlan set = plan;
+  set.overrides.pop_back();
+  EXPECT_TRUE(refused(small_plan({"contact.friction=0.1:0.9:6"}), "test", "vary"));
+  EXPECT_TRUE(refused(set, "test", "set"));
+  EXPECT_TRUE(refused(plan, "lockstep", "runner"));
+  // Neither its name nor its place makes a scene another one, but a letter in the hand that it names does.
+  const fs::path copy = folder / "scene";
+  SweepPlan moved = plan;
+  moved.scene = copied_scene(copy);
+  EXPECT_EQ(plan_json(moved, "test"), json);
+  std::ofstream(copy / "hand.yaml", std::ios::app) << "#";
+  EXPECT_TRUE(refused(moved, "test", "files"));
+  EXPECT_EQ(read(folder / "plan.json"), before);
+  // Rows of nobody are not written over.
+  const fs::path foreign = folder / "foreign";
+  fs::create_directories(foreign);
+  std::ofstream(foreign / "rows.csv") << "mine\n";
+  EXPECT_THROW(static_cast<void>(claim_sweep_folder(foreign, json)), ConfigError);
+  EXPECT_EQ(read(foreign / "rows.csv"), "mine\n");
+}
+
+}  // namespace
+}  // namespace thenar::sweep_journal_test
