@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "engine/scenes/object_bounds.h"
 
 namespace thenar {
@@ -210,11 +212,12 @@ void describe_grasp(Visitor& v, Scene& scene, bool is_controlled) {
 void describe_direction(Visitor& v, const KeyRow& row, Vector3d& direction) {
   v.key(row, direction);
   if (!v.reads()) return;
-  if (direction.squaredNorm() <= 0.0) {
-    v.refuse(row.name, "a direction must not be zero");
-    direction = Vector3d::UnitX();
-  }
-  direction = direction.stableNormalized();
+  // One whose square is out of range is scaled first, which rounds.
+  const double square = direction.squaredNorm();
+  direction = std::isnormal(square) ? direction.normalized() : direction.stableNormalized();
+  if (direction.squaredNorm() > 0.0) return;
+  v.refuse(row.name, "a direction must not be zero");
+  direction = Vector3d::UnitX();
 }
 
 void describe_direction(Visitor& v, const KeyRow& row, std::optional<Vector3d>& direction) {

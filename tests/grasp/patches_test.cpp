@@ -29,7 +29,7 @@ struct Patch {
 
   void add(const Vector3d& at, double normal_N) {
     const Vector3d zero = Vector3d::Zero();
-    points.push_back({0, zero, zero, zero, zero, zero, at, {0.0, 0.0, normal_N}, normal_N, 0.0, zero});
+    points.push_back({0, zero, zero, zero, at, {0.0, 0.0, normal_N}, normal_N, 0.0, zero});
   }
   /// Takes places from the pressure centre.
   void centre() {
