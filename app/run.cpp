@@ -102,10 +102,9 @@ Model ready_model(const Options& options, const std::function<void()>& claim) {
   return load_model(scene_of(options), {.begins = line.begins(), .is_whole = is_whole});
 }
 
-/// Begins the recording that is asked for. Throws ConfigError and FileError.
+/// Begins the recording that is asked for, in place of one that is there. Throws FileError.
 void begin_recording(const Options& options, const Model& model, std::optional<RecordingFile>& film) {
   if (!options.record.asked()) return;
-  check_record(model, options.record);
   if (options.record.file.has_parent_path()) prepare_folder(options.record.file.parent_path());
   film.emplace(options.record.file, model, options.record.settings());
 }
@@ -211,12 +210,13 @@ int run(const Options& options) {
   ClaimedFolders claimed;
   const Model model = ready_model(options, [&] { claim(options, claimed); });
   ProblemDump* const dump = claimed.dump ? &*claimed.dump : nullptr;
-  std::optional<RecordingFile> film;
-  begin_recording(options, model, film);
+  if (options.record.asked()) check_record(model, options.record);
   MeasuredFloor floor;
   if (options.floor) floor = measure_floor(model, thread_settings(options, model));
   State state(model);
   RunWatch watch(model.scene, options.quiet);
+  std::optional<RecordingFile> film;
+  begin_recording(options, model, film);
   const RealtimeRun run = run_to_end(options, model, state, watch.progress(), film ? &*film : nullptr, dump);
   watch.end();
   if (in_realtime(options)) {

@@ -4,6 +4,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "engine/results/record_state.h"
 #include "engine/results/summary.h"
 #include "engine/results/verdict.h"
+#include "engine/scenes/scene_text.h"
 #include "python/arrays.h"
 #include "python/laws.h"
 #include "python/tick_views.h"
@@ -192,7 +194,7 @@ Simulation::Simulation(std::shared_ptr<const SceneHandle> of_scene, std::shared_
   record = tick_record(*model, run.state, TickReport(model->scene.hand), run.report);
 }
 
-Simulation::Simulation(Simulation& other)
+Simulation::Simulation(const Simulation& other)
     : scene(other.scene),
       model(other.model),
       lockstep(other.lockstep),
@@ -201,15 +203,21 @@ Simulation::Simulation(Simulation& other)
       record(other.record),
       sums(other.sums),
       monitor(other.monitor),
-      picture_(other.picture()) {
+      picture_(*model) {
   run.go_on_as(other.run);
+  const Picture now = other.picture_now();
+  picture_ = now;  // A copy keeps the room that it has.
 }
 
-std::string Simulation::state() {
-  (void)picture();
+std::uint64_t Simulation::fingerprint() const {
+  return state_fingerprint(*model, run.is_lockstep()) ^ std::hash<std::string>()(scene_text(model->scene, {}));
+}
+
+std::string Simulation::state() const {
+  Simulation now(*this);
   StateWriter writer;
-  members(writer);
-  return sealed_state(state_fingerprint(*model, run.is_lockstep()), writer.bytes);
+  now.members(writer);
+  return sealed_state(fingerprint(), writer.bytes);
 }
 
 void Simulation::read(std::string_view members_of) {
@@ -219,10 +227,15 @@ void Simulation::read(std::string_view members_of) {
 }
 
 void Simulation::set_state(std::string_view bytes) {
-  const std::string_view members_of = opened_state(state_fingerprint(*model, run.is_lockstep()), bytes);
-  // Another one tries first: what is refused changes nothing.
-  Simulation(scene, model, lockstep, {}).read(members_of);
-  read(members_of);
+  // Another one reads: what is refused changes nothing, and views of this one's arrays stay.
+  Simulation read(scene, model, lockstep, run.controller.own);
+  read.read(opened_state(fingerprint(), bytes));
+  run.go_on_as(read.run);
+  input = read.input;
+  record = read.record;
+  sums = read.sums;
+  monitor = read.monitor;
+  picture_ = std::as_const(read.picture_);
 }
 
 void Simulation::tick() {
@@ -244,6 +257,13 @@ void Simulation::record_now(const std::filesystem::path& file) {
 const Picture& Simulation::picture() {
   if (picture_.snapshot.tick != run.state.tick) take_picture(run.state, run.memory, run.work, picture_);
   return picture_;
+}
+
+Picture Simulation::picture_now() const {
+  if (picture_.snapshot.tick == run.state.tick) return picture_;
+  Picture now(*model);
+  take_picture(run.state, run.memory, run.work, now);
+  return now;
 }
 
 Hold::Hold(Simulation& simulation) : simulation_(simulation) {
@@ -315,8 +335,8 @@ For set_state() of a simulation of the same scene, in this process or another on
           },
           py::arg("state"), R"(Goes on as the run did whose state() this is: with the same bits as its copy().
 
-The laws stay. Raises ValueError, and changes nothing, if the bytes are not whole, or the state of another scene: of
-another hand, object, step, or number of points, or with other parts.)");
+The laws stay. Raises ValueError, and changes nothing, if the bytes are not whole, or the state of another scene: each
+value of both has to be the same. Like a pickle, a state is to come from somebody you trust.)");
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ class Simulation {
  public:
   Simulation(std::shared_ptr<const SceneHandle> scene, std::shared_ptr<const Model> model,
              std::optional<LockstepSettings> lockstep, OwnControl own);
-  /// Goes on as the other would, which takes its picture for that.
-  explicit Simulation(Simulation& other);
+  /// Goes on as the other would.
+  Simulation(const Simulation& other);
   Simulation& operator=(const Simulation&) = delete;
 
   /// One tick: as run_ticks() and Recorder have it, but that nothing is kept.
@@ -40,7 +40,7 @@ class Simulation {
   }
 
   /// All of it but the laws, and back: see engine/loops/run_state.h.
-  [[nodiscard]] std::string state();
+  [[nodiscard]] std::string state() const;
   void set_state(std::string_view bytes);
 
   [[nodiscard]] const Picture& picture();
@@ -64,6 +64,10 @@ class Simulation {
     a(static_cast<Run&>(run), input, record, sums, monitor, picture_);
   }
   void read(std::string_view members);
+  /// Of the model, and of each value of its scene: what a state and who goes on from it must have in common.
+  [[nodiscard]] std::uint64_t fingerprint() const;
+  /// What picture() would show: arrays of it that a caller holds stay as they are.
+  [[nodiscard]] Picture picture_now() const;
 
   Picture picture_;
 };

@@ -114,6 +114,9 @@ class Config {
   /// value in YAML; the key need not be in the file. Throws FileError if the file cannot be read and ConfigError if it
   /// is no YAML.
   Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides = {});
+  /// The same of a file that has been read: its text.
+  Config(const std::filesystem::path& file, const std::string& text, Keys keys,
+         const std::vector<std::string>& overrides);
   ~Config();
 
   [[nodiscard]] ConfigMap root() const;

@@ -115,11 +115,10 @@ class ConfigWriter final : public Visitor {
   void begin_item(const KeyRow&, std::size_t) override {
     open_.push_back(&open_.back()->below.emplace_back(Node{.kind = Node::kMap, .key = "", .heading = ""}));
   }
-  /// A map of which nothing is to be said is left out.
+  /// A part of the file of which nothing is to be said is left out. A map within one may say something by being there.
   void leave() override {
     open_.pop_back();
-    std::list<Node>& beside = open_.back()->below;
-    if (open_.back()->kind == Node::kMap && beside.back().below.empty()) beside.pop_back();
+    if (open_.back() == &root_ && root_.below.back().below.empty()) root_.below.pop_back();
   }
   void end_list() override { leave(); }
 

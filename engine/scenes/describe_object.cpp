@@ -57,6 +57,7 @@ void describe_cloud(Visitor& v, CloudShape& cloud) {
 }
 
 void describe_shape(Visitor& v, Shape& shape) {
+  if (v.reads()) shape = CloudShape{};  // Of one that is refused nothing else is known to be wrong.
   if (auto* box = v.chosen<BoxShape>("box", shape)) describe(v, *box);
   if (auto* sphere = v.chosen<SphereShape>("sphere", shape)) describe(v, *sphere);
   if (auto* ellipsoid = v.chosen<EllipsoidShape>("ellipsoid", shape)) {

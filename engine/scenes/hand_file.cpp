@@ -27,7 +27,14 @@ namespace {
 /// Makes the hand of its file's keys: names become indices. What does not fit together is refused in its place.
 class HandMaker {
  public:
-  HandMaker(const HandKeys& keys, const ConfigMap& root) : keys_(keys), root_(root) {}
+  HandMaker(const HandKeys& keys, const ConfigMap& root)
+      : keys_(keys),
+        root_(root),
+        joints_(root.list_of_maps("joints")),
+        segments_(root.list_of_maps("segments")),
+        fingertips_(root.list_of_maps("fingertips")) {
+    if (root.has("muscles")) muscles_ = root.list_of_maps("muscles");
+  }
 
   Hand make() {
     make_joints();
@@ -42,7 +49,6 @@ class HandMaker {
   [[nodiscard]] const std::vector<Coupling>& couplings() const { return couplings_; }
 
  private:
-  [[nodiscard]] ConfigMap item(const char* list, std::size_t i) const { return root_.list_of_maps(list)[i]; }
   void refuse(const char* key, const std::string& what) const {
     if (!root_.is_refused(key)) root_.refuse(key, what);
   }
@@ -94,7 +100,7 @@ class HandMaker {
     moved_by_.emplace_back();
     for (std::size_t s = 0; s < keys_.segments.size(); ++s) {
       const SegmentKeys& keys = keys_.segments[s];
-      moved_by_.push_back(joints_named(keys.moved_by, item("segments", s), "moved_by"));
+      moved_by_.push_back(joints_named(keys.moved_by, segments_[s], "moved_by"));
       Segment segment;
       segment.name = keys.name;
       segment.X_WS_0 = keys.X_WS_0;
@@ -144,26 +150,30 @@ class HandMaker {
       return refuse("fingertips", fmt::format("must list one fingertip for each of 1 to {} fingers", kMaxFingers));
     }
     int first = 0;
+    bool is_sound = true;  // After a fault the others are looked at for theirs alone.
     for (std::size_t k = 0; k < keys_.fingertips.size(); ++k) {
-      const ConfigMap map = item("fingertips", k);
+      const ConfigMap& map = fingertips_[k];
       Fingertip tip = with_pulp(keys_.fingertips[k]);
       tip.segment = segment_named(keys_.fingertips[k].segment, map);
       tip.first_joint = first;
       const std::vector<int>& joints = moved_by_[tip.segment];
       tip.joints = static_cast<int>(std::min<std::size_t>(joints.size(), kMaxFingerJoints));
+      if (!is_sound) continue;
       for (const int joint : joints) first += joint == first ? 1 : 0;
       if (joints.empty() || first != tip.first_joint + std::ssize(joints) || tip.joints != std::ssize(joints)) {
-        return map.refuse("segment",
-                          fmt::format("must be moved by one to {} joints: those that follow the fingers before it",
-                                      kMaxFingerJoints));
+        map.refuse("segment", fmt::format("must be moved by one to {} joints: those that follow the fingers before it",
+                                          kMaxFingerJoints));
+        is_sound = false;
+        continue;
       }
       const auto is_called_so = [&](const Fingertip& other) { return other.finger == tip.finger; };
       if (std::ranges::any_of(hand_.fingertips, is_called_so))
         map.refuse("finger", "is there twice: '" + tip.finger + "'");
       hand_.fingertips.push_back(tip);
     }
-    if (first < std::ssize(hand_.joints))
+    if (is_sound && first < std::ssize(hand_.joints)) {
       root_.refuse("joints", "'" + hand_.joints[first].name + "' moves no fingertip");
+    }
   }
 
   /// A segment is moved by the first joints of one finger, in their order.
@@ -178,7 +188,7 @@ class HandMaker {
         }
         const Fingertip& tip = hand_.fingertips[segment.finger];
         if (tip.has_joint(joint) && joint == tip.first_joint + j) continue;
-        item("segments", s - 1).refuse("moved_by", "must name the first joints of one finger, in their order");
+        segments_[s - 1].refuse("moved_by", "must name the first joints of one finger, in their order");
         break;
       }
     }
@@ -188,7 +198,7 @@ class HandMaker {
     const MuscleKeys& keys = keys_.muscles[m];
     Muscle muscle{keys.name, keys.max_force_N, {}, keys.fibre_m};
     if (keys.tendon_N_per_m) muscle.tendon_N_per_m = *keys.tendon_N_per_m;
-    const std::vector<ConfigMap> maps = item("muscles", m).list_of_maps("crossings");
+    const std::vector<ConfigMap> maps = muscles_[m].list_of_maps("crossings");
     for (std::size_t c = 0; c < maps.size(); ++c) muscle.crossings.push_back(crossing(keys.crossings[c], maps[c]));
     return muscle;
   }
@@ -200,9 +210,10 @@ class HandMaker {
     std::ranges::sort(crossing.joints);
     crossing.insertion_segment = segment_named(keys.insertion_segment, map.map("insertion"));
     crossing.insertion_m = keys.insertion_m;
-    crossing.pull_segment = segment_named(keys.pull_segment, map.map("pull").map(keys.pull_is_point ? "via" : "dir"));
     crossing.pull = keys.pull;
     crossing.pull_is_point = keys.pull_is_point;
+    if (keys.pull_segment.empty()) return crossing;  // It is not known which of the two it is, and that is reported.
+    crossing.pull_segment = segment_named(keys.pull_segment, map.map("pull").map(keys.pull_is_point ? "via" : "dir"));
     return crossing;
   }
 
@@ -213,17 +224,18 @@ class HandMaker {
       if (keys.follows.empty()) continue;
       const Coupling coupling{static_cast<int>(i), index_of(hand_.joints, keys.follows), keys.ratio, keys.offset_rad};
       if (coupling.leader < 0) {
-        item("joints", i).refuse("follows", none_is_named("joint", keys.follows, hand_.joints));
+        joints_[i].refuse("follows", none_is_named("joint", keys.follows, hand_.joints));
         continue;
       }
       couplings_.push_back(coupling);
       const std::string fault = coupling_fault(hand_, couplings_);
-      if (!fault.empty()) item("joints", i).refuse("follows", fault);
+      if (!fault.empty()) joints_[i].refuse("follows", fault);
     }
   }
 
   const HandKeys& keys_;
   const ConfigMap& root_;
+  std::vector<ConfigMap> joints_, segments_, fingertips_, muscles_;
   Hand hand_;
   std::vector<std::vector<int>> moved_by_;  ///< The joints that move each segment.
   std::vector<Coupling> couplings_;
@@ -235,7 +247,7 @@ class LastHand {
  public:
   [[nodiscard]] std::optional<Hand> of(const std::string& text) {
     const std::lock_guard lock(mutex_);
-    return text == text_ ? std::optional(hand_) : std::nullopt;
+    return text == text_ ? hand_ : std::nullopt;
   }
   void keep(const std::string& text, const Hand& hand) {
     const std::lock_guard lock(mutex_);
@@ -245,8 +257,8 @@ class LastHand {
 
  private:
   std::mutex mutex_;
-  std::string text_;  ///< Empty: there is none yet.
-  Hand hand_;
+  std::string text_;
+  std::optional<Hand> hand_;
 };
 
 }  // namespace
@@ -267,7 +279,7 @@ Hand load_hand(const std::filesystem::path& file) {
   if (("\n" + text).find("\nobject:") != std::string::npos) {
     throw ConfigError({{printable(file.string()), "", "is a scene, which names its hand in hand.model, and no hand"}});
   }
-  Config config(file, hand_keys());
+  Config config(file, text, hand_keys(), {});
   const ConfigMap root = config.root();
   HandKeys keys;
   read_config(root, [&](Visitor& v) { describe(v, keys); });

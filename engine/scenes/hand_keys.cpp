@@ -23,7 +23,7 @@ void describe(Visitor& v, JointKeys& joint) {
   v.key({"follows", kNone, "", "(It turns by itself.)",
          "The joint of its finger, nearer to the palm, that it turns with: it has no angle of its own."},
         joint.follows);
-  if (v.when(!joint.follows.empty())) {
+  if (v.when(v.is_there("follows", !joint.follows.empty()))) {
     v.key({"ratio", kNone, "-100 .. 100", "1", "Its angle over that of the joint that it follows."}, joint.ratio);
     v.key({"offset", kNone, "-100 .. 100", "0", "What is added to that, in rad."}, joint.offset_rad);
     return;

@@ -118,6 +118,32 @@ class SameBits(unittest.TestCase):
         self.assertEqual(run.tick, 20)
         run.set_state(state)
 
+    def test_arrays_stay_what_they_are(self):
+        """Views are of the engine's memory, which a state that is set, or a copy, does not move."""
+        run = thenar.Simulation(box())
+        run.step(60)
+        state, contacts = run.state(), run.contacts
+        then, u = contacts.copy(), run.displacement_m
+        run.step(20)
+        run.copy()
+        run.state()
+        self.assertTrue(np.array_equal(contacts, then))
+        run.set_state(state)
+        for mine, now in zip(u, run.displacement_m):
+            self.assertTrue(np.array_equal(mine, now))
+        copy = run.copy()
+        of_copy = copy.contacts
+        address = of_copy.__array_interface__["data"][0]
+        copy.step(60)
+        self.assertEqual(copy.contacts.__array_interface__["data"][0], address)
+
+    def test_state_is_of_one_scene(self):
+        """Gains, delays and materials are in a state as they were: another scene's are not to be mixed with them."""
+        state = thenar.Simulation(box()).state()
+        for key, value in (("contact.friction", 0.7), ("control.position.p", "250 N/m"), ("object.mass", "90 g")):
+            with self.assertRaises(ValueError):
+                thenar.Simulation(box().set(key, value)).set_state(state)
+
     def test_state_keeps_the_laws(self):
         calls = []
         run = thenar.Simulation(box(), torques=lambda period: calls.append(1) or period.published_torques())

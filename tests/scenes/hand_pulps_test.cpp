@@ -52,6 +52,18 @@ TEST(HandFile, TellsOneFaultOnce) {
             (scratch() / "hand.yaml").string() + ":31:12: fingertips[1].finger: is there twice: 'thumb'");
 }
 
+// The first file of a process, too; and what is wrong once is one fault.
+TEST(HandFile, IsRefusedForWhatIsWrong) {
+  const std::filesystem::path file = scratch() / "empty.yaml";
+  std::ofstream(file) << "";
+  EXPECT_THROW((void)load_hand(file), ConfigError);
+  const std::string said = refusal("segment: T_proximal", "segment: T_distal");
+  EXPECT_NE(said.find("fingertips[1].segment: must be moved by"), std::string::npos) << said;
+  const std::string both = refusal("{via: {segment: palm, pos: [0, 0, 0]}, dir: {", "{dir: {");
+  EXPECT_NE(both.find("only one of via, dir may be given"), std::string::npos) << both;
+  EXPECT_EQ(both.find("no segment is named ''"), std::string::npos) << both;
+}
+
 TEST(HandPulps, AreSpheresEllipsoidsAndCapsules) {
   const Fingertip sphere = index_with(kRadius);
   EXPECT_FALSE(sphere.shape);

@@ -39,6 +39,16 @@ std::string fault_of(const std::string& shape) {
   return "";
 }
 
+// Of a shape that is misspelt it is not known how large it is, nor whether it has points.
+TEST(Scene, AShapeThatIsRefusedRefusesNothingElse) {
+  try {
+    (void)scene_of("minimal", {"object.shape={spher: 26 mm}", "object.centre_of_mass=[1 mm, 0 mm, 0 mm]"});
+    FAIL() << "the shape is not refused";
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(std::string(error.what()).find("must lie within"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Scene, ReadsEveryShape) {
   EXPECT_EQ(shape_of<BoxShape>("box: [50 mm, 40 mm, 30 mm]").size_m, Vector3d(0.05, 0.04, 0.03));
   EXPECT_EQ(shape_of<SphereShape>("sphere: 25 mm").radius_m, 0.025);
