@@ -237,15 +237,12 @@ std::string ConfigState::location(const Place& place) const {
 ConfigError::ConfigError(std::vector<ConfigDiagnostic> diagnostics)
     : std::runtime_error(lines(diagnostics)), diagnostics_(std::move(diagnostics)) {}
 
-Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides)
-    : Config(file, read_file(file), keys, overrides) {}
-
-Config::Config(const std::filesystem::path& file, const std::string& text, Keys keys,
-               const std::vector<std::string>& overrides)
+Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides,
+               const std::optional<std::string>& text)
     : state_(std::make_unique<ConfigState>()) {
   state_->file = file;
   state_->keys = keys;
-  state_->root = read_yaml(text, 0, state_->faults);
+  state_->root = read_yaml(text ? *text : read_file(file), 0, state_->faults);
   if (!state_->root) {
     if (state_->faults.empty()) state_->report({}, "", "the file is empty");
     state_->throw_if_faulty();

@@ -111,12 +111,10 @@ class ConfigMap {
 class Config {
  public:
   /// Reads `file`, whose keys are those of the table, which must outlive it. Each override is "key.path=value", the
-  /// value in YAML; the key need not be in the file. Throws FileError if the file cannot be read and ConfigError if it
+  /// value in YAML; the key need not be in the file. `text`: that of the file, if it has been read. Throws FileError if the file cannot be read and ConfigError if it
   /// is no YAML.
-  Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides = {});
-  /// The same of a file that has been read: its text.
-  Config(const std::filesystem::path& file, const std::string& text, Keys keys,
-         const std::vector<std::string>& overrides);
+  Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides = {},
+         const std::optional<std::string>& text = {});
   ~Config();
 
   [[nodiscard]] ConfigMap root() const;

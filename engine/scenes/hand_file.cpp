@@ -279,7 +279,7 @@ Hand load_hand(const std::filesystem::path& file) {
   if (("\n" + text).find("\nobject:") != std::string::npos) {
     throw ConfigError({{printable(file.string()), "", "is a scene, which names its hand in hand.model, and no hand"}});
   }
-  Config config(file, text, hand_keys(), {});
+  Config config(file, hand_keys(), {}, text);
   const ConfigMap root = config.root();
   HandKeys keys;
   read_config(root, [&](Visitor& v) { describe(v, keys); });

@@ -142,7 +142,7 @@ class SameBits(unittest.TestCase):
         state = thenar.Simulation(box()).state()
         for key, value in (("contact.friction", 0.7), ("control.position.p", "250 N/m"), ("object.mass", "90 g")):
             with self.assertRaises(ValueError):
-                thenar.Simulation(box().set(key, value)).set_state(state)
+                thenar.Simulation(box().set({key: value})).set_state(state)
 
     def test_state_keeps_the_laws(self):
         calls = []
