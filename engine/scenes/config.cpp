@@ -243,10 +243,8 @@ Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<s
   state_->file = file;
   state_->keys = keys;
   state_->root = read_yaml(text ? *text : read_file(file), 0, state_->faults);
-  if (!state_->root) {
-    if (state_->faults.empty()) state_->report({}, "", "the file is empty");
-    state_->throw_if_faulty();
-  }
+  if (!state_->root && state_->faults.empty()) state_->report({}, "", "the file is empty");
+  if (!state_->root) state_->throw_if_faulty();
   if (!expect_kind(*state_, *state_->root, "", Kind::kMap, "a map of keys and values")) state_->throw_if_faulty();
   for (const std::string& override_text : overrides) apply_override(*state_, override_text);
 }

@@ -110,9 +110,9 @@ class ConfigMap {
 /// A YAML file with the values that the command line sets in it.
 class Config {
  public:
-  /// Reads `file`, whose keys are those of the table, which must outlive it. Each override is "key.path=value", the
-  /// value in YAML; the key need not be in the file. `text`: that of the file, if it has been read. Throws FileError if the file cannot be read and ConfigError if it
-  /// is no YAML.
+  /// Reads `file`, whose keys are those of the table, which must outlive it; or `text`, which was read from it. Each
+  /// override is "key.path=value", the value in YAML; the key need not be in the file. Throws FileError if the file
+  /// cannot be read and ConfigError if it is no YAML.
   Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides = {},
          const std::optional<std::string>& text = {});
   ~Config();
