@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "engine/scenes/config_writer.h"
-#include "engine/scenes/hand_keys.h"
+#include "engine/scenes/hand_file.h"
 
 namespace thenar {
 
@@ -15,8 +14,7 @@ std::string hand_text(const ImportedHand& made, const std::string& origin) {
     if (!made.muscle_notes[m].empty())
       text += fmt::format("# - {} {}\n", made.hand.muscles[m].name, made.muscle_notes[m]);
   }
-  HandKeys keys = keys_of(made.hand);
-  return text + config_text([&](Visitor& v) { describe(v, keys); });
+  return text + hand_file_text(made.hand);
 }
 
 }  // namespace thenar

@@ -13,6 +13,7 @@
 #include "engine/hand/coupled_joints.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/config_reader.h"
+#include "engine/scenes/config_writer.h"
 #include "engine/scenes/hand_keys.h"
 #include "engine/scenes/key_table.h"
 #include "solvers/muscles/muscle_forces.h"
@@ -289,6 +290,11 @@ Hand load_hand(const std::filesystem::path& file) {
   hand = coupled(std::move(hand), maker.couplings());
   last.keep(text, hand);
   return hand;
+}
+
+std::string hand_file_text(const Hand& hand) {
+  HandKeys keys = keys_of(hand);
+  return config_text([&](Visitor& v) { describe(v, keys); });
 }
 
 }  // namespace thenar

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "engine/hand/hand.h"
 
@@ -11,5 +12,8 @@ namespace thenar {
 
 /// Reads a hand file (SI units; layout of configs/hand.yaml). Throws ConfigError or FileError.
 [[nodiscard]] Hand load_hand(const std::filesystem::path& file);
+
+/// Returns the text of a hand file, which reads back as the hand to 1e-12.
+[[nodiscard]] std::string hand_file_text(const Hand& hand);
 
 }  // namespace thenar
