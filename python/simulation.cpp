@@ -234,7 +234,9 @@ void Simulation::set_state(std::string_view bytes) {
   input = read.input;
   record = read.record;
   sums = read.sums;
-  monitor = read.monitor;
+  StateWriter judged;  // Of a monitor, which refers to its model, the members alone are assigned.
+  judged(read.monitor);
+  StateReader(judged.bytes, *model)(monitor);
   picture_ = std::as_const(read.picture_);
 }
 

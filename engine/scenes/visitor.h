@@ -36,7 +36,7 @@ struct KeyRow {
 /// A visitor that overrides nothing sees all that the settings have and does nothing.
 class Visitor {
  public:
-  virtual ~Visitor() = default;
+  virtual ~Visitor();
 
   /// Shows a value. Of a key that may be missing, a field that is zero or empty is not written.
   template <typename T>
@@ -62,10 +62,10 @@ class Visitor {
     value = values[i];
   }
   /// Numbers, one a joint: of a hand without joints, which is the fault of another key, any number of them.
-  virtual void per_joint(const KeyRow&, Eigen::VectorXd&, Eigen::Index /*joints*/) {}
+  virtual void per_joint(const KeyRow&, Eigen::VectorXd&, Eigen::Index joints);
   /// The word that stands for the value or the map of this key, which is shown if there is none; `now`, if not empty,
   /// is written.
-  [[nodiscard]] virtual std::string word(const KeyRow&, std::string_view now) { return std::string(now); }
+  [[nodiscard]] virtual std::string word(const KeyRow&, std::string_view now);
 
   /// Shows a map.
   template <typename Below>
@@ -97,7 +97,7 @@ class Visitor {
     leave();
   }
   /// Whether this key is the one; `now`: whether it is in the settings.
-  [[nodiscard]] virtual bool chooses(std::string_view /*name*/, bool now) { return now; }
+  [[nodiscard]] virtual bool chooses(std::string_view name, bool now);
   /// The alternative of a variant that a key stands for, made if it is chosen; null: another one is.
   template <typename T, typename Variant>
   [[nodiscard]] T* chosen(std::string_view name, Variant& variant) {
@@ -119,38 +119,38 @@ class Visitor {
   }
 
   /// Whether what only some scenes have is to be shown: always to the table of keys.
-  [[nodiscard]] virtual bool when(bool has_it) const { return has_it; }
+  [[nodiscard]] virtual bool when(bool has_it) const;
   /// Whether a key of the current map, or of maps below it ("hand.slides"), is there; `now`: in the settings.
-  [[nodiscard]] virtual bool is_there(std::string_view /*name*/, bool now) { return now; }
+  [[nodiscard]] virtual bool is_there(std::string_view name, bool now);
 
   // Of the reader; of the others without effect.
-  [[nodiscard]] virtual bool reads() const { return false; }
+  [[nodiscard]] virtual bool reads() const;
   /// Whether the file has the key.
-  [[nodiscard]] virtual bool has(std::string_view) { return false; }
+  [[nodiscard]] virtual bool has(std::string_view);
   /// As ConfigMap has them.
-  virtual void refuse(std::string_view, std::string_view) {}
-  [[nodiscard]] virtual bool is_refused(std::string_view) { return false; }
-  virtual void use_default(std::string_view, std::string_view) {}
-  [[nodiscard]] virtual std::string location(std::string_view) { return ""; }
+  virtual void refuse(std::string_view, std::string_view);
+  [[nodiscard]] virtual bool is_refused(std::string_view);
+  virtual void use_default(std::string_view, std::string_view);
+  [[nodiscard]] virtual std::string location(std::string_view);
 
  protected:
-  virtual void number(const KeyRow&, double&) {}
-  virtual void numbers(const KeyRow&, Eigen::Ref<Eigen::VectorXd>) {}
-  virtual void count(const KeyRow&, Eigen::Index&) {}
-  virtual void rotation(const KeyRow&, Eigen::Matrix3d&) {}
-  virtual void flag(const KeyRow&, bool&) {}
-  virtual void text(const KeyRow&, std::string&) {}
-  virtual void texts(const KeyRow&, std::vector<std::string>&) {}
-  virtual void path(const KeyRow&, std::filesystem::path&) {}
-  virtual std::string choice_of(const KeyRow&, std::string_view now) { return std::string(now); }
-  virtual void enter(const KeyRow&, KeyKind) {}
+  virtual void number(const KeyRow&, double&);
+  virtual void numbers(const KeyRow&, Eigen::Ref<Eigen::VectorXd>);
+  virtual void count(const KeyRow&, Eigen::Index&);
+  virtual void rotation(const KeyRow&, Eigen::Matrix3d&);
+  virtual void flag(const KeyRow&, bool&);
+  virtual void text(const KeyRow&, std::string&);
+  virtual void texts(const KeyRow&, std::vector<std::string>&);
+  virtual void path(const KeyRow&, std::filesystem::path&);
+  virtual std::string choice_of(const KeyRow&, std::string_view now);
+  virtual void enter(const KeyRow&, KeyKind);
   /// False: it was a file.
-  [[nodiscard]] virtual bool enters_map(const KeyRow&, std::filesystem::path&) { return true; }
+  [[nodiscard]] virtual bool enters_map(const KeyRow&, std::filesystem::path&);
   /// How many items there are.
-  [[nodiscard]] virtual std::size_t begin_list(const KeyRow&, std::size_t now) { return now; }
-  virtual void begin_item(const KeyRow&, std::size_t /*i*/) {}
-  virtual void end_list() {}
-  virtual void leave() {}
+  [[nodiscard]] virtual std::size_t begin_list(const KeyRow&, std::size_t now);
+  virtual void begin_item(const KeyRow&, std::size_t i);
+  virtual void end_list();
+  virtual void leave();
 
   /// The words of the range of a choice.
   [[nodiscard]] static std::vector<std::string_view> words_of_choice(std::string_view range);
