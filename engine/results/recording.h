@@ -13,8 +13,8 @@
 
 namespace thenar {
 
-inline constexpr double kDegrees = 180.0 / std::numbers::pi;  ///< In a radian.
-inline constexpr double kFinalWindow_s = 0.3;                 ///< What is told of a run's end is a mean over so long.
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;  ///< Degrees per radian.
+inline constexpr double kFinalWindow_s = 0.3;                 ///< Window of the means at a run's end.
 
 /// Normal and tangential part of a finger's force [N].
 struct NormalTangential {
@@ -24,11 +24,11 @@ struct NormalTangential {
 /// The last answer of the grip to what fingertips felt.
 struct LastReflex {
   ReflexEvent event = ReflexEvent::kNone;
-  int finger = -1;      ///< Which felt it most.
-  double time_s = 0.0;  ///< When the grip began to answer.
+  int finger = -1;      ///< The finger that felt it most.
+  double time_s = 0.0;  ///< Time at which the grip began to answer.
 };
 
-/// What is kept of one tick, taken after its commit.
+/// Record of one tick, taken after its commit.
 struct TickRecord {
   TickRecord() = default;
   explicit TickRecord(const Hand& hand)
@@ -48,30 +48,30 @@ struct TickRecord {
         start_spin_rad(hand.fingers()),
         contact(hand) {}
 
-  double time_s = 0.0;                              ///< At the tick's end.
-  bool controlled = false;                          ///< A control tick ran before it.
-  int phase = -1;                                   ///< Of the task, as the last control tick had it; -1: it has none.
-  bool holds = true;                                ///< Whether the fingers are to carry the object.
-  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  ///< Where the arm is, object axes at the start.
-  double borne_N = 0.0;                             ///< What the fingers bear against gravity; 0 without.
+  double time_s = 0.0;                                     ///< Time at the tick's end.
+  bool controlled = false;                                 ///< A control tick ran before it.
+  int phase = -1;                                          ///< Task phase at the last control tick; -1: none.
+  bool holds = true;                                       ///< True if the fingers are to carry the object.
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();         ///< Arm position, object axes at the start.
+  double borne_N = 0.0;                                    ///< Force of the fingers against gravity; 0 without.
   Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();  ///< The target, world.
   Eigen::Vector3d position_m, target_m;                    ///< Displacement from the start, object axes at the start.
   double rotation_error_rad = 0.0;                         ///< Angle between the object and its target.
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< The object, world.
-  JointVector q_rad;                                       ///< Of slides in m.
-  JointVector torques_Nm;                                  ///< What the controller asks of the joints; zero without.
+  JointVector q_rad;                                       ///< Joint angles; slides in m.
+  JointVector torques_Nm;                                  ///< Commanded joint torques; zero without control.
   PerFinger<FingerLoad> load;
   PerFinger<NormalTangential> force, force_desired;
   PerFinger<Eigen::Vector3d> desired_N;  ///< f^d, world axes; zero without control.
   PerFinger<double> force_error_N;       ///< |f^d - f|.
-  PerFinger<double> margin;              ///< See PatchReport, as the next two; NaN without load.
+  PerFinger<double> margin;              ///< This and the next two: see PatchReport; NaN without load.
   PerFinger<double> sliding_share, creep_m_per_s;
-  PerFinger<double> slip_m, spin_rad;              ///< How far a patch has gone and turned since its first contact.
-  PerFinger<double> start_slip_m, start_spin_rad;  ///< Of that before kMeasuredFrom_s.
-  PerFinger<Touch> touch;                          ///< Of a scene that names it.
-  ReflexReport reflex;                             ///< Likewise, of the last control tick.
-  LastReflex last_reflex;                          ///< Likewise, since the start.
-  KnownStiffness stiffness;                        ///< Of a scene that chooses one.
+  PerFinger<double> slip_m, spin_rad;              ///< A patch's slip and spin since its first contact.
+  PerFinger<double> start_slip_m, start_spin_rad;  ///< The part before kMeasuredFrom_s.
+  PerFinger<Touch> touch;                          ///< Only of scenes that name it.
+  ReflexReport reflex;                             ///< Of the last control tick; such scenes only.
+  LastReflex last_reflex;                          ///< Last since the start; such scenes only.
+  KnownStiffness stiffness;                        ///< Only of scenes that choose one.
   Ledger ledger;                                   ///< Sums since the start.
   TickReport contact;
   double interpolate_s = 0.0;  ///< This and the times below: 0 where the scene has no such stage.
@@ -80,12 +80,12 @@ struct TickRecord {
   MuscleStatus muscle = MuscleStatus::kOptimal;
   double muscle_residual_Nm = 0.0;
 
-  /// Whether it counts for the measures that leave out how the grip builds up.
+  /// Returns true if the tick counts for the measures that leave out how the grip builds up.
   [[nodiscard]] bool is_measured() const { return is_from(kMeasuredFrom_s); }
-  /// Whether it ends at this time or later, but for rounding.
+  /// Returns true if the tick ends at this time or later, but for rounding.
   [[nodiscard]] bool is_from(double from_s) const { return time_s >= from_s - 1e-9; }
-  /// Contact finding, assembly, solve, deformation and, in ticks that show fingertips, surface interpolation: the
-  /// published contact computation.
+  /// Returns the published contact computation time: contact finding, assembly, solve, deformation and, in ticks that
+  /// show fingertips, surface interpolation.
   [[nodiscard]] double contact_total_s() const {
     return find_s + factors_s + contact.assemble_s + contact.solve_s + contact.deform_s + interpolate_s;
   }
@@ -104,7 +104,7 @@ struct Recording {
   Verdict verdict;
   std::optional<UnsolvedGrasp> unsolved;            ///< The first one.
   bool stopped = false;                             ///< The run ended before its time.
-  std::optional<double> predicted_paper_law_error;  ///< Of the last state; nothing without control.
+  std::optional<double> predicted_paper_law_error;  ///< For the last state; empty without control.
   double wall_s = 0.0;                              ///< Wall time of the loop.
 };
 

@@ -15,12 +15,11 @@
 #include "engine/results/loop_figures.h"
 #include "engine/results/recording.h"
 
-/// What is said of a tick, described once: a row a field. State messages, recordings, their columns, signals.csv,
+/// Fields of a tick, described once: a row a field. State messages, recordings, their columns, signals.csv,
 /// Python's views, rollout() and state(), and the tables of the reference are made of these rows.
 namespace thenar {
 
-/// Whose the numbers of a field are: how many there are, how their columns are called, and of which shape and type they
-/// are in Python.
+/// Owner of a field's numbers: determines their count, the names of their columns, and their shape and type in Python.
 enum class Of : std::uint8_t {
   kNumber,
   kCount,       ///< One whole number.
@@ -33,34 +32,34 @@ enum class Of : std::uint8_t {
   kMuscle,
   kPercentile,  ///< p50, p99, p99.9.
   kList,        ///< Numbered from 0.
-  kShape,       ///< For eyes alone: it has no columns.
+  kShape,       ///< For display alone, without columns.
 };
 
-/// What has to be at hand for a field to be known.
+/// Source that a field needs.
 enum class From : std::uint8_t {
   kTick,     ///< The record of the tick.
-  kClock,    ///< That, too, but it differs from run to run.
-  kState,    ///< What is known of a chosen stiffness, and the state.
-  kPicture,  ///< What is made for eyes.
+  kClock,    ///< The record too, but different from run to run.
+  kState,    ///< The known part of a chosen stiffness, and the state.
+  kPicture,  ///< The picture made for display.
   kLoops,    ///< The loops' own measures, by the clock on the wall.
 };
 
-/// An instant as fields see it. What is null is not at hand.
+/// View of an instant for the fields. Null members are not available.
 struct TickView {
   const Model& model;
   const TickRecord& tick;
-  std::int64_t number;  ///< Of the tick.
+  std::int64_t number;  ///< Number of the tick.
   const JointVector& q;
   const Eigen::Isometry3d& X_WO;
   const PerFinger<FingerLoad>& load;
-  std::span<const double> muscle_N;  ///< Of a scene without muscles none.
+  std::span<const double> muscle_N;  ///< Empty for a scene without muscles.
   const ShownStiffness* stiffness = nullptr;
   const Picture* picture = nullptr;
   const ShownEnvironment* environment = nullptr;
   const LoopFigures* loops = nullptr;
 };
 
-/// Of a record, all of it in memory that the record owns.
+/// Returns the view of a record, all of it in memory that the record owns.
 [[nodiscard]] TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N);
 
 /// Numbers that lie in a view's memory: `rows` times `columns` next to one another, from row to row `stride` numbers.
@@ -69,7 +68,7 @@ struct Place {
   Eigen::Index rows = 1, columns = 1, stride = 1;
 };
 
-/// Which scenes have a field.
+/// Scenes that have a field.
 struct Scenes {
   bool (*have)(const Model&);
   std::string_view which;  ///< "of scenes with an environment".
@@ -78,7 +77,7 @@ struct Scenes {
 inline constexpr Scenes kFeelingScenes{[](const Model& model) { return model.feels(); },
                                        "of scenes with `fingertips.touch`"};
 
-/// Where the columns of a field are in signals.csv: those of a block together, finger by finger.
+/// Place of a field's columns in signals.csv: those of a block together, finger by finger.
 enum class Block : std::uint8_t {
   kTime,
   kPath,
@@ -96,33 +95,33 @@ enum class Block : std::uint8_t {
 struct TickField {
   std::string_view name = {}, unit = {};  ///< In messages, recordings and Python. Unit: empty for a plain number.
   Of of = Of::kNumber;
-  /// In columns, as <whose>_<shown>_<axis>_<shown unit>, times the factor; empty: by its name.
+  /// Name in columns, as <whose>_<shown>_<axis>_<shown unit>, times the factor; empty: by its name.
   std::string_view shown = {}, shown_unit = {};
   double factor = 1.0;
   std::string_view sentence = {};
   const Scenes* scenes = nullptr;  ///< Null: all.
   From from = From::kTick;
   Block block = Block::kNone;
-  /// One of these: where the numbers lie, of a pose its matrix of 4 x 4; or what puts them behind those in a list.
+  /// Exactly one is set: `at` gives the place of the numbers (for a pose its 4 x 4 matrix); `compute` appends them.
   Place (*at)(const TickView&) = nullptr;
   void (*compute)(const TickView&, std::vector<double>&) = nullptr;
 
   [[nodiscard]] bool is_in(const Model& model) const { return scenes == nullptr || scenes->have(model); }
-  /// signals.csv has what people plot: the figures read it again and again.
+  /// Returns true if signals.csv has the field: those that people plot, since the figures read it repeatedly.
   [[nodiscard]] bool is_in_signals() const { return block != Block::kNone; }
   [[nodiscard]] bool is_in_python() const { return of != Of::kShape && from != From::kPicture && from != From::kLoops; }
 };
 
-/// All of them, in the order of a state message.
+/// Returns all fields, in the order of a state message.
 [[nodiscard]] std::span<const TickField> tick_fields();
 
-/// Null if no field has this name.
+/// Returns the field of this name, or null.
 [[nodiscard]] const TickField* tick_field(std::string_view name);
 
-/// A pose as a state has it: position, then rotation by rows.
+/// Returns a pose as a state has it: position, then rotation by rows.
 [[nodiscard]] std::array<double, 12> pose_numbers(const Eigen::Isometry3d& X);
 
-/// Puts a field's numbers behind those in the list.
+/// Appends a field's numbers to the list.
 void add_numbers(const TickField& field, const TickView& view, std::vector<double>& to);
 
 }  // namespace thenar

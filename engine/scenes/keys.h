@@ -8,7 +8,7 @@
 
 #include "engine/scenes/units.h"
 
-/// Tables of keys: what the readers of config.h check. Those of scenes and of hand files, which `thenar keys`,
+/// Tables of keys, which the readers of config.h check. Those of scenes and of hand files, which `thenar keys`,
 /// docs/reference/scene.md and the JSON schema show, are in engine/scenes/key_table.h.
 namespace thenar {
 
@@ -29,70 +29,70 @@ enum class KeyKind {
 
 inline constexpr int kPerJoint = 0;
 
-/// How a key is changed while its scene runs, in the window: docs/reference/window.md.
+/// Change of a key in the window while its scene runs: docs/reference/window.md.
 struct LiveKey {
   std::string_view name;   ///< In messages, as "contact_Hz"; empty: it cannot be changed.
   std::string_view label;  ///< For people: "contact rate".
-  /// Of the message's number: that of SI, or of a time "Hz", its reciprocal, or "periods", how many control periods it
-  /// is; empty: a plain number.
+  /// Unit of the message's number: the SI one, or for a time "Hz" (its reciprocal) or "periods" (a number of control
+  /// periods); empty: a plain number.
   std::string_view unit;
-  /// The number's range, or each number's; of a choice with a range the number is the place of its word. Both 0: it is
+  /// Range of the number, or of each number; for a choice with a range the number is the place of its word. Both 0:
   /// one of the words of a choice.
   double least = 0.0, most = 0.0;
-  bool whole = false;  ///< It is a whole number.
+  bool whole = false;  ///< True for a whole number.
 };
 
 struct Key {
   std::string path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
   KeyKind kind;
   Dimension dimension;
-  /// Of numbers "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, where a bare 0 is one of any unit; then, each behind
-  /// a bar, the words that may stand for a number: "> 0 | auto". Of a map the words that may stand for it, each behind
-  /// a bar; of a choice the words alone. Empty: all that the kind allows.
+  /// Allowed values. Numbers: "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, a bare 0 in any unit; then, each
+  /// behind a bar, the words that may stand for a number: "> 0 | auto". Maps: the words that may stand for one, each
+  /// behind a bar; choices: the words alone. Empty: all that the kind allows.
   std::string_view range;
-  /// What holds without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
+  /// Default without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
   std::string_view without;
-  std::string_view sentence;  ///< What it is.
-  int items = 1;              ///< Of kQuantities; kPerJoint.
+  std::string_view sentence;  ///< Meaning of the key.
+  int items = 1;              ///< Number of kQuantities, or kPerJoint.
   LiveKey live = {};
 };
 
 using Keys = std::span<const Key>;  ///< A table: each key after the one above it.
 
-/// Null if the table has no such key.
+/// Returns the key, or null if the table has none such.
 [[nodiscard]] const Key* find_key(Keys keys, std::string_view path);
-/// The last name of a path, and what is before it: "friction" and "contact".
+/// Return the last name of a path, and the path before it: "friction" and "contact".
 [[nodiscard]] std::string_view name_of(const Key& key);
 [[nodiscard]] std::string_view parent_of(std::string_view path);
-/// The keys one step below a path; those of the whole table for "".
+/// Returns the keys one step below a path; those of the whole table for "".
 [[nodiscard]] std::vector<const Key*> keys_below(Keys keys, std::string_view path);
-/// The names of keys_below().
+/// Returns the names of keys_below().
 [[nodiscard]] std::vector<std::string_view> names_below(Keys keys, std::string_view path);
 
-/// The path that an unknown one may be a slip of: a key of the same map with a similar name, else one of another map
+/// Returns the path that an unknown one may be a slip of: a key of the same map with a similar name, else one of another map
 /// with the same name; where the table has no such map, one anywhere that is similar. Empty if none is near.
 [[nodiscard]] std::string_view nearest_key(Keys keys, std::string_view path);
 
-/// Whether the key has a value where the file does not name it.
+/// Returns true if the key has a value where the file does not name it.
 [[nodiscard]] bool has_default(const Key& key);
-/// Whether every map that may hold the key must hold it.
+/// Returns true if every map that may hold the key must hold it.
 [[nodiscard]] bool is_required(Keys keys, const Key& key);
 
 /// Bounds in SI and as written; an empty text is no bound.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
-  bool open = false;  ///< `least` itself is out of it.
+  bool open = false;  ///< True if `least` itself is excluded.
   std::string_view least_text, most_text;
 };
 
-/// Of a key of numbers. Throws std::logic_error if the table is wrong.
+/// Returns the range of a key of numbers. Throws std::logic_error if the table is wrong.
 [[nodiscard]] Range range_of(const Key& key);
-/// The words that the key may be.
+/// Returns the words that the key may be.
 [[nodiscard]] std::vector<std::string_view> words_of(const Key& key);
 
-/// What is wrong with a number of this SI value and text: "-1 mm must be greater than zero"; empty if it is in the
-/// range.
+/// Returns the fault of a number with this SI value and text: "-1 mm must be greater than zero"; empty if it is in
+/// the range.
 [[nodiscard]] std::string range_fault(const Key& key, double value, std::string_view text);
 
 }  // namespace thenar
