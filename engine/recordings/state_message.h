@@ -14,10 +14,10 @@
 #include "engine/results/loop_figures.h"
 #include "engine/results/recording.h"
 
-/// What a window or a recording shows of a grasp: docs/reference/window.md has the format.
+/// Messages of a grasp for windows and recordings; docs/reference/window.md has the format.
 namespace thenar {
 
-inline constexpr std::uint16_t kMessageVersion = 2, kOldestMessageVersion = 1;  ///< What is written, and still read.
+inline constexpr std::uint16_t kMessageVersion = 2, kOldestMessageVersion = 1;  ///< Versions written, and still read.
 enum class MessageKind : std::uint16_t { kGeometry = 1, kState = 2 };
 
 /// A named part of a state message, or of a contact's row in it: float64 values begin .. begin + count.
@@ -27,27 +27,27 @@ struct Field {
   std::size_t begin = 0, count = 0;
 };
 
-/// Where a scene's state messages have what: docs/reference/window.md.
+/// Return the layout of a scene's state messages: docs/reference/window.md.
 [[nodiscard]] std::vector<Field> state_fields(const Model& model);
 [[nodiscard]] std::vector<Field> contact_fields(const Model& model);
 
-/// What stays as it is, as the page and a recording get it first. `surface`: of the object, shown_surface() or none.
+/// Returns the constant part, which the page and a recording get first. `surface`: the object's shown_surface(), or none.
 [[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live, const TriangleMesh& surface = {});
 
-/// How the hand of a scene lies at given angles, in the words of a scene message: its `fingers` and `segments`, and
-/// `poses`, 12 numbers a segment as a state has them.
+/// Returns the pose of a scene's hand at given angles, in the words of a scene message: its `fingers` and `segments`,
+/// and `poses`, 12 numbers a segment as a state has them.
 [[nodiscard]] nlohmann::ordered_json posture_json(const Hand& hand, const JointVector& q);
 
-/// The points of the object, at most 40 000 of them, and of the pulps, and the object's surface, the same as in the
-/// scene's message.
+/// Returns the points of the object, at most 40 000 of them, and of the pulps, and the object's surface, the same as in
+/// the scene's message.
 [[nodiscard]] std::string geometry_message(const Model& model, const TriangleMesh& surface = {});
 
-/// One instant. `tick`: of the picture's tick. `muscle_forces_N`: of the frame in use; not read in a scene without
+/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those of the frame in use; not read in a scene without
 /// muscles. The message replaces what is in `bytes`.
 void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
 
-/// The numbers of a state message; empty if it is none of a version that is read.
+/// Returns the numbers of a state message; empty if it is none of a version that is read.
 [[nodiscard]] std::vector<double> read_state_message(std::string_view bytes);
 
 }  // namespace thenar

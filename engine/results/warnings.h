@@ -11,10 +11,10 @@
 
 namespace thenar {
 
-/// A patch whose radius is a larger share of the pulp's lies on no half space: there the kernel's forces are uncertain.
+/// Largest ratio of patch radius to pulp radius for a half space; above it the kernel's forces are uncertain.
 inline constexpr double kHalfSpaceShare = 0.5;
 
-/// Gathers, tick by tick, what a run did that its model is not good for.
+/// Gathers, tick by tick, the violations of the model's assumptions in a run.
 ///
 /// Friction     The controller plans with more than there is.
 /// Full lists   A control point that `contact.max_per_finger` has no room for is more than 10 um in the object: the
@@ -42,11 +42,11 @@ class Warnings {
 
   void add(const TickRecord& tick);
 
-  /// A sentence each: who, by how much, since when. Empty if there is nothing to say.
+  /// Returns a sentence each: who, by how much, since when. Empty if there are none.
   [[nodiscard]] std::vector<std::string> sentences() const;
 
  private:
-  /// Ticks of a finger in which something was beyond what it should be.
+  /// Ticks of a finger in which something was beyond its bound.
   struct Beyond {
     std::int64_t ticks = 0;
     double since_s = 0.0, worst = 0.0, worst_s = 0.0;
@@ -56,8 +56,8 @@ class Warnings {
 
   /// Energy from nowhere, against what there is.
   struct Injected {
-    double driven_J = 0.0;  ///< Of |work| of the drive, tick by tick.
-    double stored_J = 0.0;  ///< The most.
+    double driven_J = 0.0;  ///< Sum of |work| of the drive, tick by tick.
+    double stored_J = 0.0;  ///< Largest stored energy.
     double all_J = 0.0;     ///< Injected so far.
     PerFinger<double> fingers_J;
     Beyond beyond;  ///< Value: its share.
@@ -65,7 +65,7 @@ class Warnings {
     void add(const TickRecord& tick);
   };
 
-  /// How wide a finger's patch is, of its pulp.
+  /// Returns the ratio of a finger's patch radius to its pulp's.
   [[nodiscard]] double share(std::size_t finger, double normal_N) const;
 
   const Model& model_;
@@ -75,16 +75,16 @@ class Warnings {
   PerFinger<Beyond> narrow_, swallowed_;  ///< Values: those of SmallPatch.
   PerFinger<double> factor_;              ///< share_factor() of each pulp.
   struct Stops {
-    Beyond lower, upper;  ///< Value: what the stop bears [N m].
+    Beyond lower, upper;  ///< Value: torque on the stop [N m].
   };
-  std::vector<Stops> stopped_;  ///< Of each joint.
+  std::vector<Stops> stopped_;  ///< Stops of each joint.
   Injected injected_;
 };
 
-/// The same of a whole run.
+/// Returns the warnings of a whole run.
 [[nodiscard]] std::vector<std::string> warnings(const Model& model, const Recording& recording);
 
-/// What is to be expected before it runs, at the load of its fingers (expected_load_N), and what would serve.
+/// Returns the warnings expected before a run, at the load of its fingers (expected_load_N), with remedies.
 [[nodiscard]] std::vector<std::string> warnings(const Model& model);
 
 }  // namespace thenar

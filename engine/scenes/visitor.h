@@ -15,8 +15,8 @@
 
 namespace thenar {
 
-/// What there is to know of a key beside its place in the file and the kind of its value, which follow from where and
-/// with what it is shown to a Visitor. The fields are those of Key.
+/// Description of a key without its place in the file and the kind of its value, which follow from where and with
+/// what it is shown to a Visitor. The fields are those of Key.
 struct KeyRow {
   std::string_view name;
   Dimension dimension = Dimension::kNone;
@@ -24,7 +24,7 @@ struct KeyRow {
   LiveKey live = {};
 };
 
-/// A key may be missing if `without` is a sentence in brackets, unless this begins with "(Required".
+/// Returns true if `without` is a sentence in brackets, unless this begins with "(Required".
 [[nodiscard]] bool may_be_missing(const KeyRow& row);
 
 /// Goes through a description of settings: a function describe(Visitor&, Settings&) that shows each key once with the
@@ -61,10 +61,10 @@ class Visitor {
     for (i = 0; i + 1 < values.size() && words[i] != chosen;) ++i;
     value = values[i];
   }
-  /// Numbers, one a joint: of a hand without joints, which is the fault of another key, any number of them.
+  /// Shows one number a joint; for a hand without joints, which is the fault of another key, any number of them.
   virtual void per_joint(const KeyRow&, Eigen::VectorXd&, Eigen::Index joints);
-  /// The word that stands for the value or the map of this key, which is shown if there is none; `now`, if not empty,
-  /// is written.
+  /// Returns the word that stands for the value or the map of this key, which is shown if there is none; `now`, if not
+  /// empty, is written.
   [[nodiscard]] virtual std::string word(const KeyRow&, std::string_view now);
 
   /// Shows a map.
@@ -96,9 +96,9 @@ class Visitor {
     below();
     leave();
   }
-  /// Whether this key is the one; `now`: whether it is in the settings.
+  /// Returns true if this key is the one; `now`: it is in the settings.
   [[nodiscard]] virtual bool chooses(std::string_view name, bool now);
-  /// The alternative of a variant that a key stands for, made if it is chosen; null: another one is.
+  /// Returns the alternative of a variant that a key stands for, made if it is chosen; null: another one is.
   template <typename T, typename Variant>
   [[nodiscard]] T* chosen(std::string_view name, Variant& variant) {
     if (!chooses(name, std::holds_alternative<T>(variant))) return nullptr;
@@ -118,16 +118,16 @@ class Visitor {
     end_list();
   }
 
-  /// Whether what only some scenes have is to be shown: always to the table of keys.
+  /// Returns true if keys that only some scenes have are to be shown; always true for the table of keys.
   [[nodiscard]] virtual bool when(bool has_it) const;
-  /// Whether a key of the current map, or of maps below it ("hand.slides"), is there; `now`: in the settings.
+  /// Returns true if a key of the current map, or of maps below it ("hand.slides"), is there; `now`: in the settings.
   [[nodiscard]] virtual bool is_there(std::string_view name, bool now);
 
-  // Of the reader; of the others without effect.
+  // Functions of the reader; without effect in the others.
   [[nodiscard]] virtual bool reads() const;
-  /// Whether the file has the key.
+  /// Returns true if the file has the key.
   [[nodiscard]] virtual bool has(std::string_view);
-  /// As ConfigMap has them.
+  /// These work as in ConfigMap.
   virtual void refuse(std::string_view, std::string_view);
   [[nodiscard]] virtual bool is_refused(std::string_view);
   virtual void use_default(std::string_view, std::string_view);
@@ -144,15 +144,15 @@ class Visitor {
   virtual void path(const KeyRow&, std::filesystem::path&);
   virtual std::string choice_of(const KeyRow&, std::string_view now);
   virtual void enter(const KeyRow&, KeyKind);
-  /// False: it was a file.
+  /// Returns false for a file.
   [[nodiscard]] virtual bool enters_map(const KeyRow&, std::filesystem::path&);
-  /// How many items there are.
+  /// Returns the number of items.
   [[nodiscard]] virtual std::size_t begin_list(const KeyRow&, std::size_t now);
   virtual void begin_item(const KeyRow&, std::size_t i);
   virtual void end_list();
   virtual void leave();
 
-  /// The words of the range of a choice.
+  /// Returns the words of the range of a choice.
   [[nodiscard]] static std::vector<std::string_view> words_of_choice(std::string_view range);
 
  private:

@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// Where a value was written: in the file (source 0), or in the `source`th value of the command line.
+/// Place of a value: in the file (source 0), or in the `source`th value of the command line.
 struct Place {
   std::size_t source = 0;
   int line = 1;
@@ -22,32 +22,32 @@ struct YamlNode {
   enum class Kind { kNull, kScalar, kList, kMap };
   struct Entry {
     std::string key;
-    Place place;  ///< Of the key.
+    Place place;  ///< Place of the key.
     std::unique_ptr<YamlNode> value;
   };
 
   Kind kind = Kind::kNull;
   Place place;
-  Place heading;                                 ///< Of its key, or its own where it has none.
-  std::string text;                              ///< Of a scalar.
-  std::vector<std::unique_ptr<YamlNode>> items;  ///< Of a list.
-  std::vector<Entry> entries;                    ///< Of a map.
+  Place heading;                                 ///< Place of its key, or its own where it has none.
+  std::string text;                              ///< Text of a scalar.
+  std::vector<std::unique_ptr<YamlNode>> items;  ///< Items of a list.
+  std::vector<Entry> entries;                    ///< Entries of a map.
 
-  // What the readers of config.h have seen of a map.
+  // Parts of a map that the readers of config.h have seen.
   bool was_entered = false;
   std::vector<std::string> asked_keys;
 
   [[nodiscard]] YamlNode* find(std::string_view key) const;
 };
 
-/// What is wrong with a document as YAML.
+/// Fault of a document as YAML.
 struct YamlFault {
   Place place;
   std::string key;
   std::string message;
 };
 
-/// The full path of a map's key, "object.mass", and of a list's item, "gravity[2]".
+/// Return the full path of a map's key, "object.mass", and of a list's item, "gravity[2]".
 [[nodiscard]] std::string key_path(std::string_view path, std::string_view key);
 [[nodiscard]] std::string item_path(std::string_view path, std::size_t index);
 
