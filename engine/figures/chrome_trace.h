@@ -10,7 +10,7 @@ namespace thenar {
 /// a thread each for contact and control, a complete event a tick, the stages of a control tick inside it, and arrows
 /// from the tick that published a frame or snapshot to the tick that used it first. Times in us from the first tick on.
 ///
-/// Of the stages order and length are measured, not the start: they stand end to end from the start of their tick.
+/// Order and length of the stages are measured, not the start: they stand end to end from the start of their tick.
 [[nodiscard]] std::string chrome_trace(const Model& model, const LoopProfile& profile, double duration_s);
 
 }  // namespace thenar

@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// What draw_figures() may leave in a folder.
+/// Files that draw_figures() may leave in a folder.
 inline constexpr std::array<const char*, 6> kFigures{"path.svg",    "forces.svg", "grip.svg",
                                                      "muscles.svg", "task.svg",   "grasp.png"};
 

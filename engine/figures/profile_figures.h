@@ -8,13 +8,13 @@
 
 namespace thenar {
 
-/// What draw_profile() may leave in a folder.
+/// Files that draw_profile() may leave in a folder.
 inline constexpr std::array<const char*, 3> kProfileFigures{"jitter.svg", "handover.svg", "timeline.svg"};
 
 /// Start jitters measured beside a profile, for comparison [us]; empty: not measured.
 struct JitterFloor {
-  std::vector<double> cyclictest_us;  ///< Of a loop that does nothing.
-  std::vector<double> contact_us;     ///< Of the contact loop without a spin.
+  std::vector<double> cyclictest_us;  ///< Jitters of a loop that does nothing.
+  std::vector<double> contact_us;     ///< Jitters of the contact loop without a spin.
 };
 
 /// Draws, from the ticks of a profile:

@@ -7,7 +7,7 @@
 #include "engine/hand/hand.h"
 #include "thenar/eigen_layout.h"
 
-// What pictures are painted with: small discs of surfaces, the far ones first.
+// Elements that pictures are painted with: small discs of surfaces, the far ones first.
 
 namespace thenar {
 
@@ -15,7 +15,7 @@ namespace thenar {
 inline const Eigen::Vector3d kBone(0.86, 0.80, 0.70);
 inline const Eigen::Vector3d kSkin(0.93, 0.72, 0.62);
 
-/// How gnuplot draws what painted() gives.
+/// Gnuplot style for the output of painted().
 inline constexpr const char* kDiscs = "using 1:2:3:4 with circles lc rgb variable";
 
 /// A small disc of a surface.

@@ -20,7 +20,7 @@ using StartWatch = std::function<void(const char* stage)>;
 [[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes,
                                                   const StartWatch& begins = {});
 
-/// Whether the two scenes have the same surface for certain.
+/// Returns true if the two scenes certainly have the same surface.
 [[nodiscard]] bool have_same_surface(const Scene& one, const Scene& other);
 
 }  // namespace thenar

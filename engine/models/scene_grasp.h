@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// What a scene with a grasp to be found asks the finder for; it refers to the scene and the surface.
+/// Returns the finder's problem of a scene with a grasp to be found; it refers to the scene and the surface.
 [[nodiscard]] FinderProblem finder_problem(const Scene& scene, const ImplicitSurface& object);
 
 /// find_grasps() for such a scene, of which each was then tried in the engine, see rehearse(), and held its object:

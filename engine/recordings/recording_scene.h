@@ -6,11 +6,11 @@
 #include "engine/grasp/model.h"
 #include "engine/loops/picture.h"
 
-/// What a recording shows in 3-D to viewers that do not know Thenar, as messages of engine/formats/foxglove.h. Frames:
+/// The 3-D view of a recording for viewers that do not know Thenar, as messages of engine/formats/foxglove.h. Frames:
 /// `world`, and in it `object`, `target`, `hand/<segment>` and `around/<body>`.
 namespace thenar {
 
-/// How long arrows are, and which pressure has the strongest colour.
+/// Scales of the arrows, and the pressure of the strongest colour.
 inline constexpr double kContactArrow_m_per_N = 0.05, kFingerArrow_m_per_N = 0.015, kFullPressure_Pa = 100e3;
 
 /// Bones and pulps in their segments' frames, sent once.
@@ -20,7 +20,7 @@ inline constexpr double kContactArrow_m_per_N = 0.05, kFingerArrow_m_per_N = 0.0
 [[nodiscard]] nlohmann::ordered_json object_entities(const Model& model, double time_s,
                                                      const TriangleMesh& surface = {});
 
-/// Where all frames are; the target as a tick's record has it.
+/// Returns the poses of all frames; the target as a tick's record has it.
 [[nodiscard]] nlohmann::ordered_json frame_transforms(const Model& model, const Picture& picture,
                                                       const Eigen::Isometry3d& X_WT, double time_s);
 /// Contact forces as thin arrows, those of fingers and bodies in sum as thick ones, on the object: each begins where it

@@ -27,7 +27,7 @@ enum class RecordingTopic : std::size_t {
 };
 
 /// The JSON Schema of messages like this one, as viewers accept it: a type for each member, members of a list alike.
-/// What it has no word for is left out, and is allowed: null, empty lists, lists of lists.
+/// Anything it has no word for is left out, and is allowed: null, empty lists, lists of lists.
 [[nodiscard]] nlohmann::ordered_json schema_like(const nlohmann::ordered_json& message);
 
 /// The topics of a recording with their schemas: docs/reference/recordings.md. `scene`: its first message.

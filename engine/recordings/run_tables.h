@@ -5,7 +5,7 @@
 
 #include "engine/recordings/recorded_run.h"
 
-/// What others read of a recording: docs/reference/recordings.md.
+/// Exports of a recording for other programs: docs/reference/recordings.md.
 namespace thenar {
 
 /// A table of a run's signals, in the words and units of signals.csv: a header, a row a state. `run` needs their fields

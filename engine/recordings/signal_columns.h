@@ -9,22 +9,22 @@
 
 namespace thenar {
 
-/// Who the numbers of a state belong to.
+/// Names of the owners of a state's numbers.
 struct SignalNames {
   std::vector<std::string> fingers, joints, muscles;
 };
 [[nodiscard]] SignalNames signal_names(const Model& model);
-/// Of a recording's scene. One that was made before 0.8 does not name its joints.
+/// Returns the names of a recording's scene. One that was made before 0.8 does not name its joints.
 [[nodiscard]] SignalNames signal_names(const nlohmann::ordered_json& scene);
 
 /// A number of a state in the words and units of signals.csv: "thumb_normal_N", "position_x_mm".
 struct SignalColumn {
   std::string name, unit;  ///< Unit: empty for a plain number.
-  std::size_t at = 0;      ///< In the state message,
-  double factor = 1.0;     ///< by which it is multiplied.
+  std::size_t at = 0;      ///< Index in the state message.
+  double factor = 1.0;     ///< Factor by which the number is multiplied.
 };
 
-/// Whether the numbers of a field have names; those of shapes have none.
+/// Returns true if the numbers of a field have names; those of shapes have none.
 [[nodiscard]] bool is_signal(const Field& field);
 
 /// Number i of a field; where the field is unknown, or has no such number, by the field's own name.

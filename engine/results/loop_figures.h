@@ -7,13 +7,13 @@ namespace thenar {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 inline constexpr int kLatencyBins = 24;
-inline constexpr double kFirstLatency_s = 50e-6;  ///< Where the second bin begins; each is sqrt(2) wide.
+inline constexpr double kFirstLatency_s = 50e-6;  ///< Start of the second bin; each is sqrt(2) wide.
 
-/// What is told of a latency, in us; NaN where nothing was measured.
+/// Percentiles of a latency [us]; NaN where nothing was measured.
 using ThreePercentiles = std::array<double, 3>;  // p50, p99, p99.9
 inline constexpr ThreePercentiles kNoPercentiles = {kNotMeasured, kNotMeasured, kNotMeasured};
 
-/// How the two loops do, by the clock on the wall. NaN: not measured.
+/// Performance of the two loops, by wall clock. NaN: not measured.
 struct LoopFigures {
   double contact_Hz = kNotMeasured;
   ThreePercentiles contact_compute_us = kNoPercentiles, contact_jitter_us = kNoPercentiles;

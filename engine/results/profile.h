@@ -14,11 +14,11 @@
 
 namespace thenar {
 
-/// What a profile keeps of one contact tick.
+/// Profile entry of one contact tick.
 struct ContactTrace {
   std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;  ///< Steady clock.
   std::int64_t tick = 0;                                   ///< Steps taken after it.
-  std::int64_t sequence = -1;                              ///< Of the frame used.
+  std::int64_t sequence = -1;                              ///< Sequence of the frame used.
   std::int32_t frame_age = 0;                              ///< Steps.
   std::int32_t acquire_ns = 0, publish_ns = 0;
   std::int32_t sweeps = 0, contacts = 0;
@@ -31,7 +31,7 @@ struct ContactTrace {
   [[nodiscard]] double compute_us() const { return 1e-3 * static_cast<double>(end_ns - start_ns); }
 };
 
-/// What a profile keeps of one control tick.
+/// Profile entry of one control tick.
 struct ControlTrace {
   std::int64_t deadline_ns = 0, start_ns = 0, end_ns = 0;
   std::int64_t sequence = 0, snapshot_tick = 0;
@@ -56,7 +56,7 @@ class LoopProfile {
  private:
   std::deque<ContactTrace> contact_;  // In chunks: they grow without a pause, and take no more than there is.
   std::deque<ControlTrace> control_;
-  Snapshot last_;  ///< After the contact tick before.
+  Snapshot last_;  ///< Snapshot after the contact tick before.
   std::int64_t control_slipped_ = 0;
 };
 
@@ -87,11 +87,11 @@ struct RealtimeRun {
 /// Adds what the two loops did to the measures of the run's recording, which makes it the same.
 void add_loops(const Model& model, const RealtimeRun& run, nlohmann::ordered_json& summary);
 
-/// Why simulated time lags behind: a sentence for each loop that did not keep kKeptShare of its ticks, with how long
+/// Returns the reasons why simulated time lags behind: a sentence for each loop that did not keep kKeptShare of its ticks, with how long
 /// they take, and what takes the most of it. The list is empty if both kept them.
 [[nodiscard]] std::vector<std::string> lags(const Model& model, const RealtimeRun& run);
 
-/// That records were lost, in a sentence; nothing if none was.
+/// Returns a sentence that records were lost; nothing if none was.
 [[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);
 
 }  // namespace thenar

@@ -7,7 +7,7 @@
 #include "engine/results/recorder.h"
 #include "engine/results/recording.h"
 
-/// What is told of a run, as bytes: the members of a tick's record and of a picture, as engine/loops/run_state.h has
+/// Results of a run as bytes: the members of a tick's record and of a picture, as engine/loops/run_state.h has
 /// those of the run.
 namespace thenar {
 

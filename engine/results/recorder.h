@@ -15,14 +15,14 @@
 
 namespace thenar {
 
-/// What a tick left: the state after it, what it reported, and the control tick whose frame it used.
+/// Returns the record of a tick from the state after it, what it reported, and the control tick whose frame it used.
 [[nodiscard]] TickRecord tick_record(const Model& model, const Snapshot& after, const TickReport& contact,
                                      const ControlReport& control);
 
 /// Writes into the record what a control tick before this one cost and found.
 void record_control(const ControlReport& control, TickRecord& record);
 
-/// In words: "the run was interrupted at 0.412 s".
+/// Returns in words: "the run was interrupted at 0.412 s".
 [[nodiscard]] std::string interruption(double time_s);
 
 /// Sums up over a run what its ticks report, tick by tick, however small, and remembers the last reflex and stiffness.
@@ -53,20 +53,20 @@ class Recorder : public Watcher {
  public:
   explicit Recorder(const Model& model);
 
-  /// False: without a first solution there are no forces to go on with.
+  /// Returns false without a first solution: there are no forces to go on with.
   bool see_control(const ControlTick& tick) override;
-  /// False if the run is to end: a controller has lost its object.
+  /// Returns false if the run is to end: a controller has lost its object.
   bool see_tick(const Tick& tick) override;
-  /// Records were lost, as `what` says.
+  /// Notes that records were lost, as `what` says.
   void miss(const std::string& what) { monitor_.miss(what); }
-  /// The run was ended from outside: what would have become of it is unknown.
+  /// Notes that the run was ended from outside: its outcome is unknown.
   void interrupt(double time_s) {
     monitor_.miss(interruption(time_s));
     interrupted_ = true;
   }
   /// Ends and judges the run as the state and the last control tick left it.
   [[nodiscard]] Recording finish(const Snapshot& state, const ControlReport& control, double wall_s);
-  /// Ticks of the whole scene.
+  /// Returns the number of ticks of the whole scene.
   [[nodiscard]] std::int64_t planned() const { return planned_; }
 
  private:

@@ -27,7 +27,7 @@ namespace thenar {
 struct ConfigDiagnostic {
   std::string location;  ///< "file:line:column", or "--set key" for a value of the command line.
   std::string key;       ///< Full path, such as "object.shape.box[2]"; empty for a fault of the whole file.
-  std::string message;   ///< What is wrong, and what would be right.
+  std::string message;   ///< The fault, and what would be right.
 };
 
 /// A file that is not a valid scene (exit code 2). what() has one line a diagnostic, in the order of the file:
@@ -80,14 +80,14 @@ class ConfigMap {
 
   /// Lists a value that the caller takes for a key that is missing.
   void use_default(std::string_view key, std::string_view value) const;
-  /// Whether `key` is reported already: its reader then gave a harmless value, which is not the file's.
+  /// Returns true if `key` is reported already: its reader then gave a harmless value, which is not the file's.
   [[nodiscard]] bool is_refused(std::string_view key) const;
   /// Reports a fault that only the caller can see, at the place of `key` or, if that is missing, of this map. Says
   /// nothing about a key that is reported already.
   void refuse(std::string_view key, std::string_view what) const;
-  /// Where the value of `key` stands, or this map where it is missing: as ConfigDiagnostic::location.
+  /// Returns the place of the value of `key`, or of this map where it is missing: as ConfigDiagnostic::location.
   [[nodiscard]] std::string location(std::string_view key) const;
-  /// The full path of `key`.
+  /// Returns the full path of `key`.
   [[nodiscard]] std::string path_of(std::string_view key) const;
 
  private:

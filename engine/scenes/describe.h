@@ -17,7 +17,7 @@ struct SceneFile {
   Scene scene;
   std::filesystem::path hand;        ///< The hand's file.
   std::vector<std::string> fingers;  ///< Those that the hand has here; empty: all.
-  bool is_readable = true;           ///< Whether the files that it names could be read; what cannot is refused.
+  bool is_readable = true;           ///< True if the files that it names could be read; others are refused.
 };
 
 /// The whole file.
@@ -32,7 +32,7 @@ void describe_control(Visitor& v, SceneFile& file, bool is_pressed);
 void describe_environment(Visitor& v, Environment& environment);
 void describe_task(Visitor& v, Scene& scene);
 
-// What several parts have.
+// Elements common to several parts.
 void describe(Visitor& v, BoxShape& box);
 void describe(Visitor& v, SphereShape& sphere);
 void describe(Visitor& v, CylinderShape& cylinder);

@@ -7,7 +7,7 @@
 
 namespace thenar {
 
-/// Whether the file describes a hand rather than a scene. Throws FileError.
+/// Returns true if the file describes a hand rather than a scene. Throws FileError.
 [[nodiscard]] bool is_hand_file(const std::filesystem::path& file);
 
 /// Reads a hand file (SI units; layout of configs/hand.yaml). Throws ConfigError or FileError.

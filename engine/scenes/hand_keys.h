@@ -29,7 +29,7 @@ struct SegmentKeys {
   Eigen::Isometry3d X_WS_0 = Eigen::Isometry3d::Identity();
 };
 
-/// Of a sphere the radius is there, of a capsule the length besides, and of an ellipsoid the semi-axes alone.
+/// Keys of a fingertip: the radius for a sphere, also the length for a capsule, the semi-axes alone for an ellipsoid.
 struct FingertipKeys {
   std::string finger, segment;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitX();
@@ -66,7 +66,7 @@ struct HandKeys {
 /// The whole file.
 void describe(Visitor& v, HandKeys& hand);
 
-/// A hand as its file has it; numbers are rounded to 1e-12.
+/// Returns a hand as its file has it; numbers are rounded to 1e-12.
 [[nodiscard]] HandKeys keys_of(const Hand& hand);
 
 }  // namespace thenar

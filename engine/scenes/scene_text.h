@@ -7,10 +7,10 @@
 
 namespace thenar {
 
-/// What a scene's text says that the scene itself does not know.
+/// Contents of a scene's text that the scene itself does not know.
 struct SceneTextNotes {
   std::filesystem::path hand;    ///< The hand's file, as the scene's text is to name it.
-  std::filesystem::path object;  ///< The object's, likewise, if its shape is from a file.
+  std::filesystem::path object;  ///< The object's file, if its shape is from one.
   std::string about;             ///< The comment that it begins with, one line.
   std::string grasp;             ///< A comment on the grasp, of any length; may be empty.
   std::filesystem::path schema;  ///< By which editors complete the file; may be empty.

@@ -7,26 +7,26 @@
 // The scenes and hands that come with a program.
 namespace thenar {
 
-/// What comes with a program: scenes and hands in its folder `scenes`, the window's page. It is share/thenar beside the
+/// Returns the folder of a program's data: scenes and hands in `scenes`, the window's page. Where: share/thenar beside the
 /// folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
 [[nodiscard]] std::filesystem::path shared_data();
-/// It is this folder instead: for libraries that another program loads. Before any scene is read.
+/// Sets this folder instead: for libraries that another program loads. Before any scene is read.
 void use_shared_data(std::filesystem::path folder);
 
 /// The hand of this name that comes with the program: "leap", "leap.yaml" or "hands/leap.yaml". Empty if there is none.
 [[nodiscard]] std::filesystem::path known_hand(const std::filesystem::path& name);
 
-/// Their names, such as "leap", sorted.
+/// Returns the names of these hands, such as "leap", sorted.
 [[nodiscard]] std::vector<std::string> known_hands();
 
 /// A scene that comes with the program.
 struct KnownScene {
-  std::string name;  ///< Of its file, without the ending.
+  std::string name;  ///< Name of its file, without the ending.
   std::filesystem::path file;
   std::string about;  ///< The sentence that its file begins with.
 };
 
-/// By name. Empty if the folder is missing. Throws FileError for a scene that cannot be read.
+/// Returns the scenes by name. Empty if the folder is missing. Throws FileError for a scene that cannot be read.
 [[nodiscard]] std::vector<KnownScene> known_scenes();
 
 /// The file that a user means: the text itself where it can be no name or there is such a file, else the known scene of
@@ -44,7 +44,7 @@ struct KnownScene {
 /// find_scene(), or find_hand() where there is no such scene.
 [[nodiscard]] std::filesystem::path find_scene_or_hand(const std::string& text);
 
-/// A line a scene.
+/// Returns a line a scene.
 [[nodiscard]] std::string list_of_scenes();
 
 }  // namespace thenar

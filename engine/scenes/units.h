@@ -9,7 +9,7 @@
 
 namespace thenar {
 
-/// What a number measures, and so which units it may carry. The first unit named is the SI one, or %.
+/// Dimension of a number, which determines the units it may carry. The first unit named is the SI one, or %.
 enum class Dimension {
   kNone,                    ///< No unit.
   kLength,                  ///< m, cm, mm, um
