@@ -20,8 +20,8 @@ struct ObjectWish {
   std::optional<double> press_N = {};   ///< Normal load of the least loaded finger; nothing: chosen.
 };
 
-/// Returns the scene, but for the object's centre of mass, which follows from its surface. Throws FileError, with the name that is
-/// nearest where there is no such file, and ConfigError.
+/// Returns the scene, but for the object's centre of mass, which follows from its surface. Throws FileError, with the
+/// name that is nearest where there is no such file, and ConfigError.
 [[nodiscard]] Scene scene_of_object(const ObjectWish& wish);
 
 /// The written scene.

@@ -31,7 +31,8 @@ struct Field {
 [[nodiscard]] std::vector<Field> state_fields(const Model& model);
 [[nodiscard]] std::vector<Field> contact_fields(const Model& model);
 
-/// Returns the constant part, which the page and a recording get first. `surface`: the object's shown_surface(), or none.
+/// Returns the constant part, which the page and a recording get first. `surface`: the object's shown_surface(), or
+/// none.
 [[nodiscard]] nlohmann::ordered_json scene_message(const Model& model, bool live, const TriangleMesh& surface = {});
 
 /// Returns the pose of a scene's hand at given angles, in the words of a scene message: its `fingers` and `segments`,
@@ -42,8 +43,8 @@ struct Field {
 /// the scene's message.
 [[nodiscard]] std::string geometry_message(const Model& model, const TriangleMesh& surface = {});
 
-/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those of the frame in use; not read in a scene without
-/// muscles. The message replaces what is in `bytes`.
+/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those of the frame in use; not read in
+/// a scene without muscles. The message replaces what is in `bytes`.
 void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
 

@@ -13,10 +13,10 @@
 
 namespace thenar {
 
-/// Of muscles that have a bit in `which`.
+/// Returns the names of the muscles that have a bit in `which`.
 [[nodiscard]] std::vector<std::string> muscle_names(const Hand& hand, std::uint64_t which);
 
-/// Why the hand cannot hold the object as stiffly as it is asked to: the motion, what it lacks, and the muscles.
+/// Returns the reason why the hand cannot reach the desired stiffness: the motion, what it lacks, and the muscles.
 [[nodiscard]] std::string lack_in_words(const Hand& hand, const StiffnessReport& found);
 
 /// Watches a grasp tick by tick, and judges it: the only judge of all runs, whoever makes them.
@@ -28,21 +28,21 @@ class GraspMonitor {
  public:
   explicit GraspMonitor(const Model& model);
 
-  /// A control tick on a snapshot at `time_s`. `muscle_forces_N` are not read in a scene without muscles.
+  /// Adds a control tick on a snapshot at `time_s`. `muscle_forces_N` are not read in a scene without muscles.
   void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N);
-  /// A contact tick, with the sums of RunSums.
+  /// Adds a contact tick, with the sums of RunSums.
   void add(const TickRecord& tick);
-  /// The time of the run is over: a task should be done.
+  /// Marks the end of the run, when a task should be done.
   void end() { is_over_ = true; }
-  /// Records were lost, as `what` says.
+  /// Notes that records were lost, as `what` says.
   void miss(const std::string& what) { missed_ = what; }
 
   [[nodiscard]] bool lost() const { return loss_.has_value(); }
-  /// There is nothing more to be done: the object is lost, or a phase of the task has failed.
+  /// Returns true if the object is lost or a phase of the task has failed.
   [[nodiscard]] bool has_ended() const { return loss_ || task_failed_; }
-  /// The first grasp-force problem without a solution.
+  /// Returns the first grasp-force problem without a solution.
   [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
-  /// How much the forces chatter, see Verdict.
+  /// Returns the chatter of the forces, see Verdict.
   [[nodiscard]] double force_chatter() const;
   [[nodiscard]] Verdict verdict() const;
 
@@ -67,7 +67,7 @@ class GraspMonitor {
   };
   /// The worst value of something that has a bound.
   struct Worst {
-    std::optional<double> first_s;  ///< When the bound was first passed.
+    std::optional<double> first_s;  ///< Time at which the bound was first passed.
     double at_s = 0.0, beyond = 0.0, value = 0.0;
     void add(double time_s, double excess, double now);
 
@@ -111,14 +111,14 @@ class GraspMonitor {
   std::int64_t ticks_with_contacts_ = 0, not_converged_ = 0;
   // The grip.
   double last_s_ = 0.0, unloaded_s_ = 0.0;
-  std::optional<double> rests_since_s_;  ///< The environment carries the object, and fewer than two fingers do.
+  std::optional<double> rests_since_s_;  ///< Start of the environment carrying the object while < 2 fingers do.
   int holders_ = 0;                      ///< Fingers that carry load now.
   std::optional<Event> loss_, idle_finger_;
   std::optional<PerFinger<double>> slip_before_m_;  ///< The sums when this watch began.
-  PerFinger<double> slip_m_;                        ///< Of patches that slid as a whole, from kMeasuredFrom_s on.
+  PerFinger<double> slip_m_;                        ///< Slip of patches that slid as a whole, from kMeasuredFrom_s on.
   PerFinger<std::optional<double>> slips_since_s_;
-  PerFinger<double> slid_s_;  ///< When a patch slid as a whole last.
-  /// The answer of the grip to a slip, and how far the fingers had slipped by then.
+  PerFinger<double> slid_s_;  ///< Time at which a patch last slid as a whole.
+  /// The answer of the grip to a slip, and the fingers' slip by then.
   struct Answer {
     double time_s = 0.0;
     ReflexReport reflex;
@@ -136,9 +136,9 @@ class GraspMonitor {
   std::optional<double> delays_;  ///< K T / b of the pose's loop, once it is asked for.
   // The hand.
   std::vector<Worst> joints_;
-  /// A stiffness that was asked for could not be had: the first time since kMeasuredFrom_s, or the last one before.
+  /// A desired stiffness that could not be reached: the first since kMeasuredFrom_s, or the last one before.
   std::optional<Event> too_soft_;
-  double chosen_s_ = 0.0;  ///< When one was chosen last.
+  double chosen_s_ = 0.0;  ///< Time at which one was last chosen.
   std::vector<Worst> muscles_;
   // The task's phases.
   int phase_ = -1;
@@ -147,10 +147,10 @@ class GraspMonitor {
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;
   std::size_t kept_ = 0;
-  double chatter_held_ = std::numeric_limits<double>::quiet_NaN();  ///< Of phases that held the object, before.
+  double chatter_held_ = std::numeric_limits<double>::quiet_NaN();  ///< Chatter of earlier phases that held the object.
   std::int64_t oldest_frame_ = 0;
-  std::optional<double> trouble_s_;  ///< When a solve, the grip or a finger first failed,
-  double chatter_before_ = 0.0;      ///< and the chatter up to then.
+  std::optional<double> trouble_s_;  ///< Time at which a solve, the grip or a finger first failed.
+  double chatter_before_ = 0.0;      ///< Chatter up to trouble_s_.
   std::string missed_;
 };
 

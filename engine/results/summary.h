@@ -9,7 +9,8 @@
 
 namespace thenar {
 
-/// Returns how this library was built: type, flags, compiler, version, and of which source (a commit, where git knows it).
+/// Returns how this library was built: type, flags, compiler, version, and of which source (a commit, where git knows
+/// it).
 [[nodiscard]] nlohmann::ordered_json build_settings();
 
 /// Returns the settings of both loops: rates, delay of the frames, when a contact solve stops.

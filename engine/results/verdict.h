@@ -45,8 +45,8 @@ inline constexpr std::array kOutcomes = {Outcome::kHeld,       Outcome::kTaskDon
                                          Outcome::kResting,    Outcome::kTaskFailed,   Outcome::kUnstable,
                                          Outcome::kLost,       Outcome::kSolverFailed, Outcome::kRefused};
 
-/// Returns the word of all reports: "held", "task done", "unknown", "over limits", "off target", "slipping", "resting", "task
-/// failed", "unstable", "lost", "solver failed", "refused".
+/// Returns the word of all reports: "held", "task done", "unknown", "over limits", "off target", "slipping", "resting",
+/// "task failed", "unstable", "lost", "solver failed", "refused".
 [[nodiscard]] const char* to_string(Outcome outcome);
 
 /// A limit of the hand that a run has passed.
@@ -58,7 +58,8 @@ struct Excess {
   double at_s = 0.0;     ///< Time of the worst value.
   double first_s = 0.0;  ///< Time at which the limit was first passed.
 };
-/// Returns the excess and its time in words: "the muscle FDPI would need 2600 N at 1.2 s, 13 times its 197.3 N (first passed at 0.9 s)".
+/// Returns the excess and its time in words: "the muscle FDPI would need 2600 N at 1.2 s, 13 times its 197.3 N (first
+/// passed at 0.9 s)".
 [[nodiscard]] std::string in_words(const Excess& excess);
 
 struct Verdict {
@@ -66,8 +67,8 @@ struct Verdict {
   std::string reason = {};  ///< In words; empty if it is held.
   std::optional<double> lost_s = {};
   std::vector<Excess> beyond = {};  ///< Muscles first, each kind in the order of the hand.
-  /// Share of a finger's force that changes to and fro: half the mean size of its second difference, over the mean force,
-  /// of the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame
+  /// Share of a finger's force that changes to and fro: half the mean size of its second difference, over the mean
+  /// force, of the worst finger over the last 0.3 s; the larger of that from tick to tick and that from frame to frame
   /// (control period and delay). A force that alternates between F + a and F - a has 2 a / F, a ramp none, one jump
   /// among n ticks 1/n of its share. NaN where no finger is loaded.
   double force_chatter = std::numeric_limits<double>::quiet_NaN();

@@ -69,8 +69,9 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 /// Returns the names of keys_below().
 [[nodiscard]] std::vector<std::string_view> names_below(Keys keys, std::string_view path);
 
-/// Returns the path that an unknown one may be a slip of: a key of the same map with a similar name, else one of another map
-/// with the same name; where the table has no such map, one anywhere that is similar. Empty if none is near.
+/// Returns the path that an unknown one may be a slip of: a key of the same map with a similar name, else one of
+/// another map with the same name; where the table has no such map, one anywhere that is similar. Empty if none is
+/// near.
 [[nodiscard]] std::string_view nearest_key(Keys keys, std::string_view path);
 
 /// Returns true if the key has a value where the file does not name it.

@@ -7,8 +7,8 @@
 // The scenes and hands that come with a program.
 namespace thenar {
 
-/// Returns the folder of a program's data: scenes and hands in `scenes`, the window's page. Where: share/thenar beside the
-/// folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
+/// Returns the folder of a program's data: scenes and hands in `scenes`, the window's page. It is share/thenar beside
+/// the folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
 [[nodiscard]] std::filesystem::path shared_data();
 /// Sets this folder instead: for libraries that another program loads. Before any scene is read.
 void use_shared_data(std::filesystem::path folder);
