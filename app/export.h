@@ -4,7 +4,7 @@
 
 namespace thenar::app {
 
-/// `thenar export`: a recording as one page that plays without a network, or as a table. Its exit code.
+/// Runs `thenar export`: a recording as one page that plays without a network, or as a table. Returns the exit code.
 [[nodiscard]] int export_recording(const Options& options);
 
 }  // namespace thenar::app

@@ -12,7 +12,7 @@ class App;
 
 namespace thenar::app {
 
-/// What `thenar hand` is asked for.
+/// Options of `thenar hand`.
 struct HandOptions {
   std::string hand;            ///< A hand file, or the name of a hand that comes with the program.
   std::filesystem::path file;  ///< MJCF or URDF, to be imported; empty: the hand is listed.
@@ -23,7 +23,7 @@ struct HandOptions {
   CapacityOptions capacity;
 };
 
-/// Adds the command and what it takes.
+/// Adds the command and its options.
 void add_hand(CLI::App& app, HandOptions& options);
 
 /// Lists and draws a hand, makes one of an MJCF or URDF file, or finds what one can give. Returns the exit code.

@@ -11,9 +11,9 @@ class App;
 
 namespace thenar::app {
 
-/// What `thenar hand capacity` is asked for.
+/// Options of `thenar hand capacity`.
 struct CapacityOptions {
-  std::filesystem::path scene;  ///< Or a hand, which is refused. Empty: it is not asked for.
+  std::filesystem::path scene;  ///< Scene, or a hand, which is refused; empty: not requested.
   std::vector<std::string> overrides;
   std::optional<double> friction;  ///< Nothing: the scene's.
   std::filesystem::path json;      ///< Empty: none.

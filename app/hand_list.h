@@ -6,10 +6,10 @@
 
 namespace thenar::app {
 
-/// "9 joints and 3 that follow"
+/// Returns "9 joints and 3 that follow".
 [[nodiscard]] std::string joint_count(const Hand& hand);
 
-/// What a hand is, in words: fingers, joints, pulps, muscles with their moment arms, which fingers can face each other,
+/// Returns a hand in words: fingers, joints, pulps, muscles with their moment arms, which fingers can face each other,
 /// and warnings.
 [[nodiscard]] std::string hand_list(const Hand& hand, const std::string& name);
 

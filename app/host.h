@@ -2,7 +2,7 @@
 
 namespace thenar::app {
 
-/// Whether this machine has the instructions that the build uses.
+/// Returns true if this machine has the instructions that the build uses.
 [[nodiscard]] inline bool host_can_run() {
 #if defined(__x86_64__) && defined(__AVX2__)
   return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;

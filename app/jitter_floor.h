@@ -8,7 +8,7 @@
 
 namespace thenar::app {
 
-/// The start jitter that the machine can do at best.
+/// Least start jitter of the machine.
 struct MeasuredFloor {
   nlohmann::ordered_json json;  ///< As `floor` in summary.json; null: not measured.
   JitterFloor jitter;           ///< All start jitters, for the figure.

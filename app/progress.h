@@ -16,7 +16,7 @@ class ProgressLine {
  public:
   explicit ProgressLine(bool quiet);
 
-  /// In place of what it said before. Words that follow within a tenth of a second are not shown.
+  /// Replaces the line. Words that follow within a tenth of a second are not shown.
   void show(const std::string& words);
   /// Makes room for the results.
   void clear();
@@ -33,11 +33,11 @@ class ReadyingLine {
  public:
   explicit ReadyingLine(bool quiet);
 
-  /// For load_model() and build_model(); valid as long as this.
+  /// Returns the watch for load_model() and build_model(); valid as long as this.
   [[nodiscard]] StartWatch begins() {
     return [this](const char* stage) { stage_ = stage; };
   }
-  /// For good: others may write to stderr again.
+  /// Hides the line for good: others may write to stderr again.
   void hide() { teller_ = {}; }
 
  private:
@@ -51,7 +51,7 @@ class SearchWatch {
  public:
   explicit SearchWatch(bool quiet);
 
-  /// For the search; valid as long as this.
+  /// Returns the callback for the search; valid as long as this.
   [[nodiscard]] FinderProgress progress() {
     return [this](double share, int grasps) { return step(share, grasps); };
   }
@@ -71,13 +71,13 @@ class RunWatch {
  public:
   RunWatch(const Scene& scene, bool quiet);
 
-  /// For the run; valid as long as this.
+  /// Returns the callback for the run; valid as long as this.
   [[nodiscard]] Progress progress() {
     return [this](double simulated_s, double wall_s) { return tick(simulated_s, wall_s); };
   }
-  /// The run has ended: the line, too.
+  /// Ends the line after the run.
   void end() const;
-  /// Whether a signal has ended the run.
+  /// Returns true if a signal has ended the run.
   [[nodiscard]] bool interrupted() const { return interrupted_; }
 
  private:

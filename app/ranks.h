@@ -7,12 +7,12 @@
 
 namespace thenar::app {
 
-/// Which of how many processes this one is.
+/// Rank of this process and number of processes.
 struct Ranks {
   int rank = 0, ranks = 1;
 };
 
-/// What rank 0 finds that there is to do.
+/// Tasks that rank 0 finds.
 using Tasks = std::vector<std::size_t>;
 
 /// Meets the other processes of the same mpirun; without mpirun there are none, and no MPI either. Rank 0 calls

@@ -24,7 +24,7 @@ struct RecordFlags {
   [[nodiscard]] RecordingSettings settings() const;
 };
 
-/// --record, of which `what` tells, --record-rate, --record-fields and --record-contacts.
+/// Adds --record, which `what` describes, --record-rate, --record-fields and --record-contacts.
 void add_record(CLI::App& command, RecordFlags& flags, const char* what);
 
 /// Throws ConfigError if a scene has no such fields, or fewer contact ticks than states are to be kept of.

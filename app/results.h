@@ -25,7 +25,7 @@ void check_results(const std::vector<Result>& results, const std::vector<std::fi
 /// Folders for results that are made while this lives: those that are empty at its end are removed again.
 class NewFolders {
  public:
-  /// The folder and those around it, as far as they are not there yet.
+  /// Takes note of the folder and its parents that do not exist yet.
   explicit NewFolders(std::filesystem::path folder);
   ~NewFolders();
   NewFolders(const NewFolders&) = delete;
@@ -35,7 +35,7 @@ class NewFolders {
   std::vector<std::filesystem::path> missing_;  ///< The innermost first.
 };
 
-/// What was mended in an object's surface, on stderr.
+/// Prints repairs of an object's surface on stderr.
 void print_object_notes(const std::vector<std::string>& notes, bool quiet);
 
 /// Keeps all results that can be had: goes on after a FileError, and throws the first one at the end.

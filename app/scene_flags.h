@@ -15,49 +15,49 @@ class Validator;
 
 namespace thenar::app {
 
-// The flags that change a scene, of all commands that run one.
+// Flags that change a scene, for all commands that run one.
 
 /// The rates of the two loops.
 struct RateFlags {
   std::string contact, control;  ///< As written; empty: not asked for.
 
   [[nodiscard]] bool any() const { return !contact.empty() || !control.empty(); }
-  [[nodiscard]] bool auto_control() const { return control == "auto"; }  ///< It is to be measured.
-  /// What they change in the scene,
+  [[nodiscard]] bool auto_control() const { return control == "auto"; }  ///< The control rate is to be measured.
+  /// Returns the changes that the rates make in the scene.
   [[nodiscard]] std::vector<std::string> changes() const;
-  /// and what holds where neither they nor the user's changes say anything: 4 kHz and 1 kHz.
+  /// Returns the values where neither the rates nor the user's changes set any: 4 kHz and 1 kHz.
   [[nodiscard]] std::vector<std::string> defaults() const;
 };
 
-/// When a contact tick stops in real time, unless somebody says otherwise.
+/// Returns the default stopping rule of a contact tick in real time.
 [[nodiscard]] std::vector<std::string> realtime_defaults();
 
-/// Whether the text is a quantity within [low, high], as CLI11 asks: what is wrong, or nothing.
+/// Returns a check for CLI11 that a text is a quantity within [low, high]: the error, or nothing.
 [[nodiscard]] CLI::Validator quantity(Dimension dimension, double low, double high, const char* example);
 [[nodiscard]] double time_s(const std::string& text);
-/// A time without a unit is one of seconds.
+/// Returns a time with its unit: seconds where it has none.
 [[nodiscard]] std::string with_unit(const std::string& text);
-/// Whether the text is a time, with a unit or without.
+/// Returns a check that a text is a time, with a unit or without.
 [[nodiscard]] CLI::Validator some_time();
-/// Whether the text is a name, and not that of a folder.
+/// Return checks that a text is a name, and that it is not that of a folder.
 [[nodiscard]] CLI::Validator named();
 [[nodiscard]] CLI::Validator no_folder();
 
-/// --core.
+/// Adds --core.
 void add_core(CLI::App& command, int& core);
 
-/// SCENE and --set. With `or_hand` it may be a hand, too.
+/// Adds SCENE and --set. With `or_hand` SCENE may be a hand, too.
 void add_scene(
     CLI::App& command, std::filesystem::path& scene, std::vector<std::string>& overrides,
     const char* description = "Scene file (YAML), or the name of a scene that comes with the program: thenar scenes",
     bool or_hand = false);
-/// --contact-rate and --control-rate, which may be `auto`, or not.
+/// Adds --contact-rate and --control-rate, which may be `auto` with `may_be_auto`.
 void add_rates(CLI::App& command, RateFlags& rates, bool may_be_auto);
 /// Throws CLI::ValidationError if the rates do not go together.
 void check_rates(const RateFlags& rates);
 
-/// The scene with its changes, which have those of the rates. ConfigError names the flag where rates do not go
-/// together.
+/// Returns the scene with its changes, which include those of the rates. Its ConfigError names the flag
+/// where rates do not go together.
 [[nodiscard]] Scene scene_at_rates(const std::filesystem::path& scene, const std::vector<std::string>& overrides,
                                    const RateFlags& rates);
 

@@ -9,7 +9,7 @@
 
 namespace thenar::app {
 
-/// What `thenar solve` makes of muscle forces by a method, and of those under an object stiffness.
+/// Return the results of `thenar solve` for muscle forces by a method, without and with an object stiffness.
 [[nodiscard]] std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method, double tolerance,
                                              const Repetition& repetition);
 [[nodiscard]] std::vector<SolveResult> solve(const StiffMuscleFile& file, const std::string& method, double tolerance,

@@ -11,38 +11,38 @@
 
 namespace thenar::app {
 
-/// What one method makes of one problem: a row of the results of `thenar solve`.
+/// Result of one method on one problem: a row of the results of `thenar solve`.
 struct SolveResult {
   std::string name, problem, method;
-  std::string status = "budget";  ///< Or optimal, infeasible, solved, no_solution.
-  double residual = NAN;          ///< Of the solution; of an infeasible verdict, the gap of its proof.
+  std::string status = "budget";  ///< Otherwise optimal, infeasible, solved, no_solution.
+  double residual = NAN;          ///< Residual of the solution, or gap of the proof that it is infeasible.
   double residual_worst = NAN;
   int iterations = 0;
-  std::vector<double> times_us;  ///< Of each timed solve.
+  std::vector<double> times_us;  ///< Time of each timed solve.
   std::optional<double> objective;
-  Eigen::VectorXd f;    ///< Or z; empty without a solution.
-  std::string verdict;  ///< What a verdict that there is no solution means.
-  std::string fault;    ///< Why this is not the right answer; empty: it is.
+  Eigen::VectorXd f;    ///< Solution f or z; empty without a solution.
+  std::string verdict;  ///< Meaning of a verdict that there is no solution.
+  std::string fault;    ///< Reason that the answer is wrong; empty: it is right.
 };
 
-/// A part of a deficit is worth a word from this share of its largest part on.
+/// Least share of a deficit's largest part at which a part is mentioned.
 inline constexpr double kWorthAWord = 0.01;
 
-/// "A, B and C"
+/// Returns "A, B and C".
 [[nodiscard]] std::string listed(const std::vector<std::string>& parts);
 
-/// Says why a result is not right, unless that is said already.
+/// Sets the reason that a result is not right, unless one is set.
 void refuse(SolveResult& result, const std::string& why);
 
-/// Holds the verdict that there is no solution against the gap of its proof: without one it is none.
+/// Checks the verdict that there is no solution by the gap of its proof; without a proof there is no verdict.
 void settle_verdict(SolveResult& result, const char* status, const std::string& verdict, double gap);
 
-/// Holds a result against what the file knows, and a solution against the tolerance.
+/// Checks a result against the file's own answer, and a solution against the tolerance.
 void judge(SolveResult& result, const std::string& expected, double tolerance);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const SolveResult& result, bool forces);
 
-/// A text table; what a verdict means goes below its row.
+/// Returns a text table, with the meaning of a verdict below its row.
 [[nodiscard]] std::string solve_table(const std::vector<SolveResult>& results, bool forces);
 
 }  // namespace thenar::app

@@ -10,12 +10,12 @@ class App;
 
 namespace thenar::app {
 
-/// What `thenar stiffness` is asked for.
+/// Options of `thenar stiffness`.
 struct StiffnessOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;
   std::string at;                ///< As written; empty: the scene's end.
-  std::string free = "muscles";  ///< Or "control".
+  std::string free = "muscles";  ///< "muscles" or "control".
   bool probe = true;
   std::filesystem::path json;  ///< Empty: none.
 };

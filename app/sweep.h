@@ -4,8 +4,8 @@
 
 namespace thenar::app {
 
-/// `thenar sweep`: runs all combinations of what varies in a scene, here or under mpirun, and makes one table of them.
-/// Its exit code: 0 if every row was run, whatever became of it. Throws ConfigError and FileError.
+/// Runs `thenar sweep`: all combinations of the varied values of a scene, here or under mpirun, as one table.
+/// Returns 0 if every row was run, whatever became of it. Throws ConfigError and FileError.
 [[nodiscard]] int sweep(const Options& options);
 
 }  // namespace thenar::app

@@ -18,7 +18,8 @@ namespace thenar::python {
 namespace py = pybind11;
 using Array = py::array_t<double>;
 
-/// A read-only array on the engine's own memory: shape and strides [elements of double]. `owner` lives as long as it.
+/// Returns a read-only array on the engine's own memory: shape and strides [elements of double]. `owner` lives as long
+/// as it.
 inline Array view(const double* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
                   py::handle owner) {
   for (py::ssize_t& stride : strides) stride *= static_cast<py::ssize_t>(sizeof(double));
@@ -39,10 +40,10 @@ struct Member {
   py::ssize_t count;
   std::size_t offset;
 };
-/// The dtype of structures of so many bytes.
+/// Returns the dtype of structures of `bytes` bytes.
 [[nodiscard]] py::dtype structure(const std::vector<Member>& members, std::size_t bytes);
 
-/// A copy, row by row.
+/// Returns a copy, row by row.
 template <typename Derived>
 Array copy(const Eigen::MatrixBase<Derived>& m) {
   if constexpr (Derived::ColsAtCompileTime == 1) {
@@ -57,19 +58,19 @@ Array copy(const Eigen::MatrixBase<Derived>& m) {
   }
 }
 
-/// As Python has it: dicts, lists, text and numbers.
+/// Returns the JSON in Python: dicts, lists, text and numbers.
 [[nodiscard]] py::object of_json(const nlohmann::ordered_json& json);
 
-/// Numbers of a caller, finite and of this shape; a dimension of -1 may be of any size. Raises ValueError or TypeError
-/// that names them.
+/// Read numbers of a caller, finite and of this shape; a dimension of -1 may be of any size. Raises ValueError or
+/// TypeError that names them.
 Array numbers(py::handle value, const std::vector<py::ssize_t>& shape, const std::string& name);
 Eigen::VectorXd vector(py::handle value, py::ssize_t size, const std::string& name);
 Eigen::MatrixXd matrix(py::handle value, py::ssize_t rows, py::ssize_t columns, const std::string& name);
-/// A 4 x 4 matrix of a rotation and a place.
+/// Reads a 4 x 4 matrix of a rotation and a place.
 Eigen::Isometry3d pose(py::handle value, const std::string& name);
-/// A whole number, within bounds.
+/// Reads a whole number, within bounds.
 std::int64_t whole_number(py::handle value, const std::string& name, std::int64_t least, std::int64_t most);
-/// A finite number.
+/// Reads a finite number.
 double number(py::handle value, const std::string& name);
 
 }  // namespace thenar::python

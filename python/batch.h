@@ -4,7 +4,7 @@
 
 namespace thenar::python {
 
-/// Many runs at once, and whole runs: rollout, sweep, run.
+/// Binds many runs at once, and whole runs: rollout, sweep, run.
 void bind_batch(pybind11::module_& module);
 
 }  // namespace thenar::python

@@ -4,7 +4,7 @@
 
 namespace thenar::python {
 
-/// The finder: thenar.grasp().
+/// Binds the finder: thenar.grasp().
 void bind_grasps(pybind11::module_& module);
 
 }  // namespace thenar::python

@@ -7,13 +7,13 @@
 
 namespace thenar::python {
 
-/// The laws of a caller, as keyword arguments have them: `wrench`, `forces`, `torques`, `muscles`, each None or a
+/// Returns the laws of a caller from keyword arguments: `wrench`, `forces`, `torques`, `muscles`, each None or a
 /// function of a Period. They take the interpreter's lock, on whatever thread they are called.
 /// Raises ValueError where the scene would never ask for one of them.
 [[nodiscard]] OwnControl own_control(const Scene& scene, pybind11::object wrench, pybind11::object forces,
                                      pybind11::object torques, pybind11::object muscles);
 
-/// Whether this thread is in a law.
+/// Returns true if this thread is in a law.
 [[nodiscard]] bool is_in_law();
 
 void bind_laws(pybind11::module_& module);

@@ -4,7 +4,7 @@
 
 namespace thenar::python {
 
-/// The three small problems as functions of arrays: thenar.solve.
+/// Binds the three small problems as functions of arrays: thenar.solve.
 void bind_problems(pybind11::module_& module);
 
 }  // namespace thenar::python

@@ -4,7 +4,7 @@
 
 namespace thenar::python {
 
-/// What a recording holds, as arrays: thenar.Recording.
+/// Binds the content of a recording as arrays: thenar.Recording.
 void bind_recordings(pybind11::module_& module);
 
 }  // namespace thenar::python

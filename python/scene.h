@@ -30,9 +30,9 @@ class SceneHandle {
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
   [[nodiscard]] const std::vector<std::string>& changes() const { return changes_; }
   [[nodiscard]] const std::optional<FoundGrasp>& grasp() const { return grasp_; }
-  /// Without the interpreter's lock. Throws ConfigError and FileError.
+  /// Returns the model. Called without the interpreter's lock. Throws ConfigError and FileError.
   [[nodiscard]] std::shared_ptr<const Model> model() const;
-  /// If it has been made, or one like it; null otherwise. It does not wait for one that is being made.
+  /// Returns the model if it or one like it has been made, else null; does not wait for one that is being made.
   [[nodiscard]] std::shared_ptr<const Model> made_model() const;
 
  private:
@@ -44,16 +44,17 @@ class SceneHandle {
   mutable std::shared_ptr<const Model> model_, known_;
 };
 
-/// Its model; others may have the interpreter while it is made.
+/// Returns the scene's model; others may have the interpreter while it is made.
 [[nodiscard]] std::shared_ptr<const Model> model_of(const SceneHandle& scene);
 
-/// As a scene file has it: a quantity as text, `[1 mm, 2 mm]`, `{box: [...]}`. Raises TypeError and ValueError.
+/// Returns a value as in a scene file: a quantity as text, `[1 mm, 2 mm]`, `{box: [...]}`. Raises TypeError and
+/// ValueError.
 [[nodiscard]] std::string yaml_text(py::handle value, const std::string& key);
 
-/// Text with a unit, in SI. Raises.
+/// Returns the SI value of text with a unit. Raises.
 [[nodiscard]] double quantity_of(py::handle value, Dimension dimension, const std::string& name);
 
-/// A time: seconds, or text with a unit. Raises.
+/// Returns a time [s]: from seconds, or text with a unit. Raises.
 [[nodiscard]] double time_of(py::handle value, const std::string& name);
 
 void bind_scene(py::module_& module);

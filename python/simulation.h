@@ -22,29 +22,29 @@ namespace thenar::python {
 
 namespace py = pybind11;
 
-/// A run in one loop or in lockstep that is stepped from outside, with what `thenar run` would say of it so far.
+/// A run in one loop or in lockstep, stepped from outside, with the measures of `thenar run` so far.
 class Simulation {
  public:
   Simulation(std::shared_ptr<const SceneHandle> scene, std::shared_ptr<const Model> model,
              std::optional<LockstepSettings> lockstep, OwnControl own);
-  /// Goes on as the other would.
+  /// Makes a copy that goes on as the other would.
   Simulation(const Simulation& other);
   Simulation& operator=(const Simulation&) = delete;
 
-  /// One tick: as run_ticks() and Recorder have it, but that nothing is kept.
+  /// Runs one tick as run_ticks() and Recorder do, but keeps nothing.
   void tick();
-  /// So many, or until `stop` says so or the object is lost.
+  /// Runs `count` ticks, or until `stop` is true or, with `to_loss`, the object is lost.
   template <typename Stop>
   void ticks(std::int64_t count, bool to_loss, Stop&& stop) {
     for (std::int64_t i = 0; i < count && !(to_loss && monitor.has_ended()) && !stop(i); ++i) tick();
   }
 
-  /// All of it but the laws, and back: see engine/loops/run_state.h.
+  /// Return and restore all of it but the laws: see engine/loops/run_state.h.
   [[nodiscard]] std::string state() const;
   void set_state(std::string_view bytes);
 
   [[nodiscard]] const Picture& picture();
-  /// A recording of this instant alone. Throws FileError.
+  /// Writes a recording of this instant alone. Throws FileError.
   void record_now(const std::filesystem::path& file);
 
   std::shared_ptr<const SceneHandle> scene;
@@ -52,7 +52,7 @@ class Simulation {
   std::optional<LockstepSettings> lockstep;
   GraspRun run;
   TickInput input;
-  TickRecord record;  ///< Of the last tick.
+  TickRecord record;  ///< Record of the last tick.
   RunSums sums;
   GraspMonitor monitor;
   bool closed = false;
@@ -64,9 +64,9 @@ class Simulation {
     a(static_cast<Run&>(run), input, record, sums, monitor, picture_);
   }
   void read(std::string_view members);
-  /// Of the model, and of each value of its scene: what a state and who goes on from it must have in common.
+  /// Returns the hash of the model and each value of its scene, which a state and its reader must share.
   [[nodiscard]] std::uint64_t fingerprint() const;
-  /// What picture() would show: arrays of it that a caller holds stay as they are.
+  /// Returns the picture that picture() would show; arrays of it that a caller holds stay as they are.
   [[nodiscard]] Picture picture_now() const;
 
   Picture picture_;
@@ -84,14 +84,14 @@ class Hold {
   Simulation& simulation_;
 };
 
-/// Of True, False, or a dict of jitter_s and seed.
+/// Reads the settings from True, False, or a dict of jitter_s and seed.
 [[nodiscard]] std::optional<LockstepSettings> lockstep_of(const py::object& lockstep);
 
-/// Whether a signal, such as Ctrl-C, is to be raised in Python: looks once in so many ticks, with the lock.
+/// Watch for a signal, such as Ctrl-C, to be raised in Python: looks once in many ticks, with the lock.
 class SignalWatch {
  public:
   [[nodiscard]] bool operator()(std::int64_t tick);
-  /// Raises it.
+  /// Raises the signal's exception.
   void rethrow() const {
     if (raised_) throw py::error_already_set();
   }

@@ -11,7 +11,7 @@
 /// The fields of a tick in Python.
 namespace thenar::python {
 
-/// A tick as its fields see it. It refers to what it is made of; a chosen stiffness is its own.
+/// A tick as its fields see it. Refers to its arguments; owns a chosen stiffness.
 class SeenTick {
  public:
   /// `state`: after the tick.
@@ -20,11 +20,11 @@ class SeenTick {
   SeenTick& operator=(const SeenTick&) = delete;
 
   [[nodiscard]] const TickView& view() const { return view_; }
-  /// Of a field that the scene has.
+  /// Returns the numbers of a field that the scene has.
   [[nodiscard]] std::vector<double> numbers(const TickField& field);
-  /// As Python has it: a number; an array of the tick's own memory, which `owner` keeps alive, where numbers lie there;
-  /// else a copy. Without an owner all are copies. Of a field that the scene does not have, an array of no rows; None,
-  /// where it is a stiffness.
+  /// Returns the value in Python: a number; an array of the tick's own memory, which `owner` keeps alive, where numbers
+  /// lie there; else a copy. Without an owner all are copies. A field that the scene does not have gives an array of no
+  /// rows; a stiffness None.
   [[nodiscard]] py::object value(const TickField& field, py::handle owner = {});
 
  private:
@@ -36,14 +36,14 @@ class SeenTick {
   std::optional<ShownStiffness> stiffness_;
 };
 
-/// Shape of one sample of a field that has so many numbers; empty: a number.
+/// Returns the shape of one sample of a field with `numbers` numbers; empty: a number.
 [[nodiscard]] std::vector<py::ssize_t> shape_of(const TickField& field, std::size_t numbers);
 
-/// What is said of a contact as a structure of so many bytes, in which a ShownContact is at `first`; before it, where
-/// first is not 0, time_s.
+/// Returns the dtype of a contact, a structure of `bytes` bytes with a ShownContact at `first`; before it, where first
+/// is not 0, time_s.
 [[nodiscard]] py::dtype contact_dtype(std::size_t first, std::size_t bytes);
 
-/// What help() says of it.
+/// Returns the field's text in help().
 [[nodiscard]] std::string docstring(const TickField& field);
 
 }  // namespace thenar::python

@@ -6,7 +6,7 @@
 
 namespace thenar::python {
 
-/// What is one number of what a fingertip feels, by the name that recordings have for it.
+/// One number of a fingertip's touch, by its name in recordings.
 struct TouchNumber {
   const char* name;
   double Touch::*field;

@@ -17,28 +17,28 @@
 
 namespace thenar::window {
 
-/// A scene as its file has it, before any grasp was taken: with all fingers, and with what it asks of a grasp.
+/// A scene as in its file, before any grasp was taken: with all fingers and its requirements on a grasp.
 struct AskedScene {
   thenar::Scene scene;
-  std::filesystem::path hand, object;  ///< Its files, as the text of a scene that is kept is to name them.
-  int fingers = 0;                     ///< Of the hand's file.
+  std::filesystem::path hand, object;  ///< Files of the scene, as named in the text of a kept scene.
+  int fingers = 0;                     ///< Fingers in the hand's file.
 };
 
-/// What a search has found. It is never changed.
+/// Result of a search; never changed.
 struct FoundGrasps {
-  int search = 0;    ///< Its number.
-  AskedScene asked;  ///< With the settings that it was searched with.
+  int search = 0;    ///< Number of the search.
+  AskedScene asked;  ///< Scene with the settings of the search.
   thenar::FinderReport report;
-  std::string fault;  ///< Why it came to no end; mostly empty.
+  std::string fault;  ///< Error that ended the search; mostly empty.
   double took_s = 0.0;
 };
 
-/// How far the newest search is.
+/// Progress of the newest search.
 struct SearchState {
-  int search = 0;  ///< Its number; 0: there was none.
+  int search = 0;  ///< Number of the search; 0: there was none.
   bool running = false, stopping = false;
-  double share = 0.0;                         ///< Of its stage: below 1 it looks for what fits, at 1 that is tried.
-  int found = 0;                              ///< So far in this stage: what fits, or what held when it was tried.
+  double share = 0.0;  ///< Share of its stage: below 1 it looks for what fits, at 1 that is tried.
+  int found = 0;       ///< Grasps so far in this stage: those that fit, or that held when tried.
   std::shared_ptr<const FoundGrasps> grasps;  ///< Null while it runs.
 };
 
@@ -49,9 +49,9 @@ class GraspSearch {
   GraspSearch(const GraspSearch&) = delete;
   GraspSearch& operator=(const GraspSearch&) = delete;
 
-  // From any thread. Both return why they do nothing, or nothing.
+  // From any thread. Both return why they do nothing, or an empty text.
   [[nodiscard]] std::string begin(AskedScene asked, int best);
-  /// Of what fits so far one grasp at least is still tried; those that held are kept.
+  /// Stops the search: at least one grasp that fits so far is still tried; those that held are kept.
   [[nodiscard]] std::string stop();
   [[nodiscard]] SearchState state();
 
@@ -66,7 +66,7 @@ class GraspSearch {
   void work(const std::stop_token& end);
 
   const thenar::ImplicitSurface object_;
-  std::mutex mutex_;  // of the three below
+  std::mutex mutex_;  // guards the three below
   std::condition_variable_any ordered_;
   std::optional<Order> order_;
   SearchState state_;
@@ -74,10 +74,10 @@ class GraspSearch {
   std::jthread thread_;  // the last one: it ends before what it uses
 };
 
-/// The scene of a found grasp, by its rank from 1 on: it begins with it.
+/// Returns the scene that begins with a found grasp, by its rank from 1 on.
 [[nodiscard]] thenar::Scene grasp_scene(const FoundGrasps& found, int rank);
 
-/// The message to pages: docs/reference/window.md. `taken`: the grasp that runs.
+/// Returns the message to pages: docs/reference/window.md. `taken`: the grasp that runs.
 [[nodiscard]] std::string grasps_message(const SearchState& state, const Take& taken);
 
 }  // namespace thenar::window

@@ -8,16 +8,16 @@
 
 namespace thenar::window {
 
-/// What is served, and to whom.
+/// Served content and its admission.
 struct Site {
   Listening listening;
   PageText page;
-  std::filesystem::path recording;  ///< Empty: none, what is live instead.
+  std::filesystem::path recording;  ///< Served recording; empty: none, live instead.
 };
 
 /// Reads one request, and answers it or makes a PageLink of its connection; on the server's thread. A connection that
 /// takes longer than the hub's patience to state its request, or to take a piece of the answer, ends. So may one that
-/// has not shown that it may ask, where others wait.
+/// has not shown its admission, where others wait.
 void serve(Stream stream, const Site& site, Hub& hub);
 
 }  // namespace thenar::window

@@ -16,22 +16,22 @@ namespace thenar::window {
 
 class PageLink;
 
-/// A message to pages. It is never changed, so that it may be on its way to any number of them; the number grows with
+/// A message to pages, never changed, so that it may be on its way to any number of them; the number grows with
 /// each new one, 0: there was none.
 struct Shown {
   std::shared_ptr<const std::string> bytes;
   std::int64_t number = 0;
 };
 
-/// What pages are shown: of everything the newest alone.
+/// Messages shown to pages: the newest of each kind alone.
 struct News {
   Shown scene, geometry, status, grasps, state;
 };
 
-/// What the links to all pages share.
+/// State shared by the links to all pages.
 struct Hub {
   Receive receive;
-  std::chrono::nanoseconds patience{};  ///< What takes longer has failed.
+  std::chrono::nanoseconds patience{};  ///< Longest time before an exchange has failed.
 
   std::mutex mutex;  ///< Guards the two below it; the calling thread writes them, the server's reads them.
   News news;
@@ -39,8 +39,8 @@ struct Hub {
 
   // The server's thread alone:
   std::set<PageLink*> links;
-  std::vector<Stream*> strangers;  ///< Connections that have not shown yet that they may ask, the oldest first.
-  int guests = 0;                  ///< Those that have: pages, and answers under way.
+  std::vector<Stream*> strangers;  ///< Connections that have not shown their admission yet, the oldest first.
+  int guests = 0;                  ///< Number of admitted connections: pages, and answers under way.
   std::atomic<int> pages = 0;
 
   News newest() {

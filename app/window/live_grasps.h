@@ -14,39 +14,39 @@
 
 namespace thenar::window {
 
-/// The grasps of a session: what is searched, what was found, and which one runs. The session's mutex keeps the two
-/// calls apart that say so.
+/// The grasps of a session: the search, the found grasps and the running one. The session's mutex keeps the two calls
+/// apart that say so.
 class LiveGrasps {
  public:
   /// `asked`: nothing stands for the scene that runs, all that it asks of a grasp left open. `recorded`: a recording is
   /// made, which has the fingers of this scene and no others.
   LiveGrasps(const thenar::Model& model, const std::optional<AskedScene>& asked, bool recorded);
 
-  // The server's thread. Each returns why it does nothing, or nothing.
+  // The server's thread. Each returns why it does nothing, or an empty text.
   /// Searches with the settings of now, as far as somebody has changed them since the scene began. Under the session's
   /// mutex.
   [[nodiscard]] std::string find(const Find& wish, const LiveSettings& begun, const LiveSettings& now);
   [[nodiscard]] std::string stop() { return search_.stop(); }
-  /// Whether the grasp can be taken.
+  /// Returns why the grasp cannot be taken, or an empty text.
   [[nodiscard]] std::string check(const Take& grasp);
 
   // The calling thread.
-  /// The model of a scene that begins with the grasp; nothing if another search has begun since.
+  /// Returns the model of a scene that begins with the grasp; nothing if another search has begun since.
   [[nodiscard]] std::optional<thenar::Model> take(const Take& grasp);
-  /// From now on searches ask for what the one asked for that found the taken grasp, with what was set then. Under the
-  /// session's mutex.
+  /// Makes later searches ask as the one that found the taken grasp, with the settings of then. Under the session's
+  /// mutex.
   void ask_as_taken() { now_asked_ = found_ ? found_->asked : asked_; }
   /// Calls `set_grasps` with the message to pages when it has changed: how far a search is, ten times a second.
   void show(const std::function<void(std::string)>& set_grasps);
 
  private:
-  const AskedScene asked_;                           ///< By the scene itself.
-  const thenar::Scene own_;                          ///< That it began with.
-  const std::vector<std::string> recorded_fingers_;  ///< Empty: nothing is recorded.
+  const AskedScene asked_;                           ///< Scene for searches from the scene's own start.
+  const thenar::Scene own_;                          ///< Scene that the session began with.
+  const std::vector<std::string> recorded_fingers_;  ///< Fingers in the recording; empty: none is made.
   GraspSearch search_;
-  AskedScene now_asked_;                      ///< By the next search; the session's mutex is for this.
+  AskedScene now_asked_;                      ///< Scene for the next search; guarded by the session's mutex.
   Take taken_;                                ///< The grasp that runs.
-  std::shared_ptr<const FoundGrasps> found_;  ///< Among these; null: it is the scene's own start.
+  std::shared_ptr<const FoundGrasps> found_;  ///< Search result with that grasp; null: the scene's own start.
   SearchState shown_;                         ///< The search as pages have it.
   Take shown_taken_;                          ///< The grasp that runs, as pages have it.
   std::int64_t shown_ns_ = 0;

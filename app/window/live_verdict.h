@@ -20,18 +20,18 @@ class LiveVerdict {
  public:
   explicit LiveVerdict(const Model& model) : model_(model) { reset(); }
 
-  /// The grasp begins again, at time 0.
+  /// Begins the grasp again, at time 0.
   void reset();
-  /// The model has changed. Where its steps have, too, the grasp goes on `shift_s` later on the simulated clock.
+  /// Follow a change of the model. Where its steps change, the grasp goes on `shift_s` later on the simulated clock.
   void renew_warnings() { warnings_.emplace(model_); }
   void renew_monitor(double shift_s);
 
-  /// A tick with the control tick of its frame; writes the sums so far into it.
+  /// Adds a tick with the control tick of its frame; writes the sums so far into it.
   void add(TickRecord& tick, const ControlSample& control);
-  /// So many records of ticks were lost, of all runs together.
+  /// Sets the number of lost records of ticks, of all runs together.
   void miss(std::int64_t lost);
 
-  /// The last verdict that was not held, until a whole watch has found nothing.
+  /// Returns the last verdict that was not held, until a whole watch has found nothing.
   [[nodiscard]] const Verdict& verdict() const { return judged_; }
   [[nodiscard]] std::vector<std::string> warnings() const { return warnings_->sentences(); }
 
@@ -41,7 +41,7 @@ class LiveVerdict {
   double watch_from_s_ = 0.0, judged_s_ = 0.0, found_s_ = 0.0;
   Verdict judged_;
   std::optional<Warnings> warnings_;
-  RunSums sums_;             ///< Of all ticks; the monitor begins again.
+  RunSums sums_;             ///< Sums of all ticks; the monitor begins again.
   std::int64_t missed_ = 0;  ///< Lost records that the monitor knows of.
 };
 

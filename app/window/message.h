@@ -8,7 +8,7 @@
 #include <string_view>
 #include <variant>
 
-/// What a page may send, as docs/reference/window.md has it.
+/// Messages that a page may send: docs/reference/window.md.
 namespace thenar::window {
 
 struct Next {};
@@ -37,19 +37,19 @@ struct Speed {
 };
 /// Searches grasps for the scene's object and hand.
 struct Find {
-  int best = 5;  ///< Of all that are found.
+  int best = 5;  ///< Number of best grasps among the found ones.
 };
 /// Ends the search, which keeps what it has found.
 struct StopFinding {};
 /// Begins again with a grasp that a search found.
 struct Take {
-  int search = 0;  ///< Its number,
-  int grasp = 0;   ///< and the grasp's rank; 0: the start that the scene itself has.
+  int search = 0;  ///< Number of the search.
+  int grasp = 0;   ///< Rank of the grasp; 0: the scene's own start.
 
   [[nodiscard]] bool operator==(const Take&) const = default;
 };
-/// What a key of a scene that can be changed while it runs is or is to be, in the unit of its LiveKey: a number, three
-/// of them, or the word of a choice.
+/// Present or new value of a key that can change while the scene runs, in the unit of its LiveKey: a number, three of
+/// them, or the word of a choice.
 using LiveValue = std::variant<double, Eigen::Vector3d, std::string>;
 /// Values by the names of their LiveKeys.
 using LiveValues = std::map<std::string, LiveValue, std::less<>>;
@@ -71,8 +71,7 @@ struct ReadMessage {
 
 inline constexpr std::size_t kMaxMessage = 4096;  ///< Bytes.
 
-/// What to do with a message of a page, but for Next and Ping; on the server's thread. Returns why it is refused, or
-/// nothing.
+/// Handler of a page's messages, but for Next and Ping; on the server's thread. Returns why one is refused, or nothing.
 using Receive = std::function<std::string(const Message&)>;
 
 }  // namespace thenar::window

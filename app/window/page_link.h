@@ -16,7 +16,7 @@
 
 namespace thenar::window {
 
-/// The WebSocket to one page, on the server's thread. It keeps itself alive while the page is there. Whatever the page
+/// The WebSocket to one page, on the server's thread; keeps itself alive while the page is there. Whatever the page
 /// does, it holds one message from it, one on its way to it, and two small answers.
 class PageLink : public std::enable_shared_from_this<PageLink> {
  public:
@@ -53,9 +53,9 @@ class PageLink : public std::enable_shared_from_this<PageLink> {
   bool open_ = false, writing_ = false, waiting_ = false;
   bool wants_state_ = false;
   std::int64_t scene_ = 0, geometry_ = 0, status_ = 0, grasps_ = 0, state_ = 0;  ///< Numbers of the last ones sent.
-  std::optional<std::string> pong_, refusal_;                                    ///< To be sent.
-  double allowance_;                          ///< Messages that the page may send now,
-  Clock::time_point counted_ = Clock::now();  ///< as of then.
+  std::optional<std::string> pong_, refusal_;                                    ///< Pending answers.
+  double allowance_;                          ///< Messages that the page may send at `counted_`.
+  Clock::time_point counted_ = Clock::now();  ///< Time of `allowance_`.
 };
 
 }  // namespace thenar::window

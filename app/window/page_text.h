@@ -5,14 +5,14 @@
 
 namespace thenar::window {
 
-/// The page as it is served, and what its browser is told to allow it.
+/// The page as served, and the policy for its browser.
 struct PageText {
   std::string html;
   std::string content_security_policy;
 };
 
-/// The built page, showing a recording or what is live. Its own scripts get a nonce, so that a browser runs no others.
-/// Throws FileError if it cannot be read or is no page of ours.
+/// Returns the built page, showing a recording or what is live. Its own scripts get a nonce, so that a browser runs no
+/// others. Throws FileError if it cannot be read or is no page of ours.
 [[nodiscard]] PageText read_page(const std::filesystem::path& file, bool recording);
 
 }  // namespace thenar::window

@@ -13,10 +13,10 @@
 
 namespace thenar::window {
 
-/// How good a tick's contact forces were.
+/// Accuracy of a tick's contact forces.
 struct ReferenceResult {
   double error = thenar::kNotMeasured;  ///< |f - f_accurate| / |f_accurate|; NaN where no accurate forces were found.
-  double residual = thenar::kNotMeasured;  ///< Of the tick's forces: natural map, W formed anew.
+  double residual = thenar::kNotMeasured;  ///< Residual of the tick's forces: natural map, W formed anew.
 };
 
 /// Solves contact problems of running loops accurately, contacts with the environment among them, on a thread of its
@@ -27,7 +27,7 @@ class Reference {
 
   /// Takes the problem if the last one is done, else nothing happens.
   void offer(const thenar::Model& model, const thenar::SolvedTick& tick);
-  /// Of the last problem, once.
+  /// Returns the result of the last problem, once.
   [[nodiscard]] std::optional<ReferenceResult> take_result();
 
  private:
@@ -38,7 +38,7 @@ class Reference {
   [[nodiscard]] static ReferenceResult judge(const Offer& offer);
   void work(const std::stop_token& stop);
 
-  std::mutex mutex_;  // of all below, but for the thread
+  std::mutex mutex_;  // guards all below, but for the thread
   std::condition_variable_any offered_;
   bool busy_ = false;
   std::optional<Offer> offer_;

@@ -13,17 +13,17 @@
 namespace thenar::window {
 
 struct ServerSettings {
-  std::string address = "127.0.0.1";  ///< Numeric.
+  std::string address = "127.0.0.1";  ///< Numeric address.
   std::uint16_t port = 8470;          ///< 0: any that is free.
-  std::string token;                  ///< That pages must show, can_be_token(); empty: a random one.
+  std::string token;                  ///< Token that pages must show, can_be_token(); empty: a random one.
   std::vector<HostName> also;         ///< Names by which pages reach it, beside its own.
   std::filesystem::path page;         ///< The built page, one file.
   std::filesystem::path recording;    ///< Served instead of a simulation; empty: live.
   double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
 };
 
-/// Serves the page and its messages, on one thread of its own. It keeps the newest state alone, and one message on its
-/// way to each page, whatever the pages do: its memory is bounded.
+/// Serves the page and its messages, on one thread of its own. Keeps the newest state alone, and one message on its way
+/// to each page, whatever the pages do: its memory is bounded.
 class WindowServer {
  public:
   /// Listens. Throws PortError if it cannot, FileError if the page or the recording cannot be read.
@@ -32,19 +32,19 @@ class WindowServer {
   WindowServer(const WindowServer&) = delete;
   WindowServer& operator=(const WindowServer&) = delete;
 
-  /// Where pages find it, with the token that they must show.
+  /// Returns the URL for pages, with the token that they must show.
   [[nodiscard]] std::string url() const;
 
   // From any one thread:
-  /// What every page gets first: scene_message and geometry_message.
+  /// Sets the first messages to every page: scene_message and geometry_message.
   void set_scene(std::string scene, std::string geometry);
-  /// The newest status, which every page gets.
+  /// Sets the newest status, which every page gets.
   void set_status(std::string status);
-  /// What a search for grasps has found, or how far it is, which every page gets, too.
+  /// Sets the results or the progress of a search for grasps, which every page gets, too.
   void set_grasps(std::string grasps);
-  /// The newest state, for pages that ask.
+  /// Shows the newest state to pages that ask.
   void show(std::string state);
-  /// How many pages are connected.
+  /// Returns the number of connected pages.
   [[nodiscard]] int pages() const;
 
  private:

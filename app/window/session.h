@@ -22,12 +22,12 @@ struct SessionSettings {
   int core = -1;                        ///< The contact thread's; -1: the last.
   bool quiet = false;                   ///< Log nothing.
   std::filesystem::path record;         ///< A recording of the run; empty: none.
-  thenar::RecordingSettings recording;  ///< What that keeps.
-  /// What grasps are searched for. Nothing: the scene that runs, all that it asks of a grasp left open.
+  thenar::RecordingSettings recording;  ///< Content of that recording.
+  /// Scene for searches. Nothing: the scene that runs, all its requirements on a grasp left open.
   std::optional<AskedScene> asked;
 };
 
-/// Where a session shows itself, as WindowServer has it.
+/// Outputs of a session, as those of WindowServer.
 struct Display {
   std::function<void(std::string scene, std::string geometry)> set_scene;
   std::function<void(std::string status)> set_status;
@@ -53,7 +53,7 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// For the server's thread, see Receive.
+  /// Handles a message on the server's thread, see Receive.
   [[nodiscard]] std::string receive(const Message& message);
 
   /// Runs and shows until `stop`. Throws FileError if the recording cannot be written.

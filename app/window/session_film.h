@@ -21,7 +21,7 @@ class SessionFilm {
     follow(model, live);
   }
 
-  /// Takes from these loops from now on. While neither runs.
+  /// Takes from these loops from now on. Called while neither runs.
   void follow(const thenar::Model& model, thenar::LiveContact& live) {
     lost_states_ += tap_ ? tap_->lost_pictures() : 0;
     lost_ticks_ += tap_ ? tap_->lost_contacts() : 0;
@@ -35,7 +35,7 @@ class SessionFilm {
     file.miss(lost_states_ + tap_->lost_pictures(), lost_ticks_ + tap_->lost_contacts());
   }
 
-  /// The state that tick `number` left, if it is due. What `telemetry` knows comes into its record.
+  /// Adds the state that tick `number` left, if it is due, with the figures of `telemetry` in its record.
   void see(std::int64_t number, const thenar::TickRecord& tick, const Eigen::VectorXd& muscle_forces_N,
            Telemetry& telemetry) {
     const thenar::Picture* const picture = tap_->picture_of(number);
@@ -49,8 +49,8 @@ class SessionFilm {
   thenar::RecordingFile file;
 
  private:
-  std::unique_ptr<thenar::FilmTap> tap_;           ///< Of the loops that are there.
-  std::int64_t lost_states_ = 0, lost_ticks_ = 0;  ///< Of those before.
+  std::unique_ptr<thenar::FilmTap> tap_;           ///< Tap of the present loops.
+  std::int64_t lost_states_ = 0, lost_ticks_ = 0;  ///< Losses of the earlier loops.
 };
 
 }  // namespace thenar::window

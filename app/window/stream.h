@@ -14,13 +14,13 @@ namespace thenar::window {
 /// without end.
 class ReadWatch {
  public:
-  /// Has `end` called where more than 64 kB have come to nothing: more than a whole message and what comes with it.
+  /// Calls `end` once more than 64 kB have come to nothing: more than a whole message and what comes with it.
   void watch(std::function<void()> end) { end_ = std::move(end); }
-  /// Something has come of what was read.
+  /// Notes that something has come of the bytes read.
   void note_progress() { idle_bytes_ = 0; }
 
  private:
-  // What Beast asks of a policy of rates.
+  // Interface of a rate policy of Beast.
   friend class boost::beast::rate_policy_access;
 
   static constexpr std::size_t kMost = 64 * 1024;

@@ -10,25 +10,25 @@
 
 namespace thenar::window {
 
-/// What the two loops do, for eyes: over the last second on the wall's clock, and since it was made.
+/// Figures of the two loops for display: over the last second on the wall clock, and since its making.
 class Telemetry {
  public:
-  /// A run begins, with such steps: rates and times are its own, counts and ledger go on.
+  /// Begins a run with these steps: rates and times are its own, counts and ledger go on.
   void begin_run(double step_s);
   void add(const thenar::ContactSample& sample);
   void add(const thenar::ControlSample& sample);
-  /// The run has ended.
+  /// Ends the run.
   void end_run(const thenar::ThreadsReport& report);
 
-  /// Records of ticks of both loops that came not here, since it was made.
+  /// Returns the lost records of ticks of both loops, since its making.
   [[nodiscard]] std::int64_t lost() const { return lost_ + contact_lost_ + control_lost_; }
-  /// What others have found. The figures know nothing of it by themselves.
+  /// Set figures from elsewhere, which the ticks do not contain.
   void set_unaccounted(std::int64_t values) { figures_.unaccounted = static_cast<double>(values); }
   void set_reference(double error, double residual);
 
-  /// At most four times a second it takes stock anew.
+  /// Returns the figures, renewed at most four times a second.
   [[nodiscard]] const thenar::LoopFigures& figures(std::int64_t now_ns);
-  /// The stages' medians, as of then.
+  /// Writes the stages' medians, as of the last renewal.
   void write_stages(thenar::TickRecord& tick) const;
 
  private:
@@ -48,10 +48,10 @@ class Telemetry {
   std::deque<Control> control_;
   std::int64_t stock_ns_ = 0;  // when it was taken
   std::int64_t overruns_ = 0, slipped_ = 0, control_slipped_ = 0;
-  std::int64_t lost_ = 0;                             // in the runs before this one,
-  std::int64_t contact_lost_ = 0, control_lost_ = 0;  // and in this one
+  std::int64_t lost_ = 0;                             // in the runs before this one
+  std::int64_t contact_lost_ = 0, control_lost_ = 0;  // in this run
   std::vector<double> latencies_s_;                   // the last ones, in a ring
-  std::int64_t latencies_ = 0;                        // how many there have been
+  std::int64_t latencies_ = 0;                        // number so far
   bool latencies_counted_ = true;
   thenar::LoopFigures figures_;
   thenar::TickRecord medians_;
