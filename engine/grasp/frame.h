@@ -21,8 +21,9 @@ struct FrameContact {
   int finger = 0;
   Eigen::Index control_point = 0;
   Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
-  Eigen::Vector3d s_O;  ///< Foot of the deformed point on the object's surface, or of a little before: see HeldFoot.
-  Eigen::Vector3d n_O;  ///< Normal there, into the object; object frame.
+  Eigen::Vector3d
+      s_O;  ///< Foot of the deformed point on the object's surface, now or from a little before: see HeldFoot.
+  Eigen::Vector3d n_O;                            ///< Normal there, into the object; object frame.
   Eigen::Vector3d t_O = Eigen::Vector3d::Zero();  ///< A principal direction of the surface there, across n.
   double curvature_per_m = 0.0;                   ///< Curvature along t, of the torus's tube; > 0 convex.
   double ring_curvature_per_m = 0.0;              ///< Curvature along n x t, of its ring: no larger in size.
@@ -54,8 +55,8 @@ struct SmallPatch {
 /// Output of the control / free-motion side to the contact side: contacts in body-fixed terms, their compliance, and
 /// the drive, all taken at one snapshot of the state and frozen until the next frame.
 ///
-/// The frame holds neither W nor J_c, and of C only the kernels: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the step, and
-/// J_c and the axes of C the bodies' motion since the snapshot. The stepping side computes these.
+/// The frame holds neither W nor J_c, and of C only the kernels: W(h) = h J_c B^-1 J_c' + (1 - rho) C contains the
+/// step, and J_c and the axes of C the bodies' motion since the snapshot. The stepping side computes these.
 struct Frame {
   explicit Frame(const Model& model);
 
@@ -85,9 +86,9 @@ struct Frame {
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(contacts.size()); }
 };
 
-/// Returns the frame (columns n, t1, t2, distal axes) of a contact with normal n. The tangents are fixed in the finger and
-/// carried to n along the great circle from the pulp's mean normal: they depend on the posture alone and turn with n
-/// without a twist, parallel transport without a history. Requires unit vectors.
+/// Returns the frame (columns n, t1, t2, distal axes) of a contact with normal n. The tangents are fixed in the finger
+/// and carried to n along the great circle from the pulp's mean normal: they depend on the posture alone and turn with
+/// n without a twist, parallel transport without a history. Requires unit vectors.
 [[nodiscard]] Eigen::Matrix3d contact_frame(const Eigen::Vector3d& pulp_normal, const Eigen::Vector3d& n_F);
 
 /// Returns orthonormal right-handed axes: the unit vector n, and along t1 as far as it is across n.
@@ -97,11 +98,11 @@ struct Frame {
 struct ContactGap {
   double gap_m;  ///< Signed.
   Eigen::Vector3d
-      n_F;  ///< Normal into the object at the point's projection; distal frame. Shorter than 1 at a centre of curvature.
+      n_F;  ///< Normal into the object at the point's foot; distal frame. Shorter than 1 at a centre of curvature.
 };
 
-/// Computes the gap with the object at X_FO in the distal frame and both deformed there, the pulp by u, the object by u_o: the
-/// distance of p - u from the contact's torus, which is fixed in the object at s + u_o.
+/// Computes the gap with the object at X_FO in the distal frame and both deformed there, the pulp by u, the object by
+/// u_o: the distance of p - u from the contact's torus, which is fixed in the object at s + u_o.
 [[nodiscard]] ContactGap contact_gap(const FrameContact& contact, const Eigen::Isometry3d& X_FO,
                                      const Eigen::Vector3d& u_F, const Eigen::Vector3d& u_O = Eigen::Vector3d::Zero());
 
