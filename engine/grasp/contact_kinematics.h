@@ -38,7 +38,7 @@ struct ContactKinematics {
   Eigen::VectorXd J_fifth_mobile;            ///< J_fifth likewise.
   GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
-  /// The same in the distal frame. Of a contact that fades the first is what its gap grows by with u, and not of
+  /// The same in the distal frame. For a contact that fades the first is its gap's growth with u, and not of
   /// length one.
   std::vector<Eigen::Matrix3d> E_F;
   std::vector<Eigen::Vector3d> c_W;  ///< Contact points of finger and object.

@@ -46,7 +46,7 @@ void add_stiffness(const Scene& scene, const PerFinger<JointMatrix>& stiffness, 
 void set_shares(const Model& model, const Frame& frame, const Mobility& mobility, ContactKinematics& kinematics);
 
 /// Returns W(h) = J_c h B^-1 J_c' + (1 - rho) C of eqs. (31, 36): the Delassus operator of a step h, in factors [m/N].
-/// It refers to the frame and the kinematics, whose shares belong to this mobility.
+/// The operator refers to the frame and the kinematics, whose shares belong to this mobility.
 [[nodiscard]] GroupedDelassus delassus_operator(const Model& model, const Frame& frame,
                                                 const ContactKinematics& kinematics, const Mobility& mobility);
 

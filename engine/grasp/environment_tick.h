@@ -19,7 +19,7 @@ namespace thenar {
 void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                  EnvironmentContacts& contacts, const std::optional<Vector6d>& after_motion = std::nullopt);
 
-/// Looks again from where the motion x, which the tick has found, takes the object. True if it misses contacts:
+/// Looks again from where the motion x, which the tick has found, takes the object. True if contacts were missed:
 /// the tick is then to be solved again with the new work.environment.
 [[nodiscard]] bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                               const Vector6d& x, ContactMemory& memory, ContactScratch& work);

@@ -10,13 +10,13 @@
 
 namespace thenar {
 
-/// The stops at the ends of the joints' ranges. With r_j the torque of joint j's stop, q+ = q + dq, tau what drives the
-/// joints in the step h, and b_j their viscosity, the end of a tick satisfies
+/// The stops at the ends of the joints' ranges. With r_j the torque of joint j's stop, q+ = q + dq, tau the drive of
+/// the joints in the step h, and b_j their viscosity, the end of a tick satisfies
 ///     b_j dq_j / h = tau_j + (J_c' f)_j + r_j,
 ///     0 <= r_j  at the lower end,   r_j (q+_j - lower_j) = 0,    lower_j <= q+_j,
 ///     0 >= r_j  at the upper end,   r_j (q+_j - upper_j) = 0,    q+_j <= upper_j,
 /// together with the laws of contact. A joint at its stop does not give way: its column of J_c in W is zero, and its
-/// free motion is what is left to the stop. Which joints these are is an active set. It begins with those of the tick
+/// free motion is the rest of the way to the stop. These joints are an active set. It begins with those of the tick
 /// before; after each contact solve, joints that would pass an end are stopped, those that a stop would have to pull
 /// are released, each once a tick, and the contact problem is solved again. A tick that changes nothing solves once.
 struct JointStops {

@@ -30,7 +30,7 @@ struct FingerStart {
 
 class SampledSolid;
 
-/// A scene made ready to run: its data, and what is computed from them once. Made by build_model().
+/// A scene made ready to run: its data, and the values computed from them once. Made by build_model().
 struct Model {
   Scene scene;
   std::vector<std::string> object_notes;  ///< Processing of the object's points into a surface.

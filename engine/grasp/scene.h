@@ -193,7 +193,7 @@ struct Slide {
   std::vector<PathLeg> path;       ///< One leg after the other. None: force or spring move it.
 };
 
-/// From this time on contacts have this friction.
+/// Friction of the contacts from this time on.
 struct FrictionStep {
   double from_s = 0.0, friction = 0.0;
 };
@@ -203,7 +203,7 @@ struct Phase {
   enum class Kind {
     kApproach,  ///< The arm goes, with the fingers still and clear of the object.
     kClose,     ///< The fingers go towards the object until all of them press it.
-    kLoad,      ///< They take over its weight, and their squeeze rises with it.
+    kLoad,      ///< The fingers take over its weight, and their squeeze rises with it.
     kLift,      ///< The arm goes, and the fingers hold the object by themselves.
     kMove,      ///< Same as kLift.
     kInsert,    ///< The arm goes against what resists.
@@ -231,7 +231,7 @@ struct TaskSettings {
   std::optional<Spring> spring;
   std::optional<Push> push;
   std::optional<Arm> arm;
-  std::vector<FrictionStep> friction;  ///< In the order of time.
+  std::vector<FrictionStep> friction;  ///< Ordered by time.
   std::optional<double> lost_m;  ///< A finger that has slid so far has lost the object; nothing: its pulp's radius.
 };
 

@@ -42,8 +42,8 @@ void drive_slides(const Scene& scene, double time_s, const JointVector& q, Joint
 /// Gives the joints of paths, in a step that ends then, the motion that takes them where their paths are.
 void follow_paths(const Scene& scene, double end_s, const JointVector& q, JointVector& dq);
 
-/// Books what a tick's ledger, which takes all joints for viscous ones, lacks of slides that have moved by dq under the
-/// forces f of the contact rows: springs, which are taken at the end of the step, and what keeps paths going. That is a
+/// Books the work that a tick's ledger, which takes all joints for viscous ones, lacks for slides moved by dq under the
+/// forces f of the contact rows: springs, taken at the end of the step, and the drive of paths. That is a
 /// drive, and overcomes the contact forces alone.
 void book_slides(const Scene& scene, const Frame& frame, const ContactKinematics& kinematics, const Eigen::VectorXd& f,
                  const JointVector& dq, Ledger& ledger);

@@ -37,8 +37,8 @@ struct SmallContacts {
   std::vector<FrameContact> contacts;
 };
 
-/// Hertz's contact of a pulp with what is so small that it falls between control points, or goes so deep that the pulp
-/// would close around it. It blends into the contacts of control points as both become untrue.
+/// Finds Hertz's contact of a pulp with a part so small that it falls between control points, or goes so deep that the
+/// pulp would close around it. It blends into the contacts of control points as both become untrue.
 ///
 /// For a patch narrower than the spacing of control points each bears the part in its own cell: its contact is in the
 /// middle of that share, and gives way as a patch of that size does, so that the force is Hertz's wherever the patch

@@ -27,7 +27,7 @@ inline constexpr double kResume_s = 0.15;
 struct ContactForce {
   int finger = 0;
   Eigen::Index control_point = 0;
-  Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< On the object, contact rows (n, t1, t2) [N].
+  Eigen::Vector3d f_C = Eigen::Vector3d::Zero();  ///< Force on the object, contact rows (n, t1, t2) [N].
   double held_J = 0.0;                            ///< Its share of the pulp's elastic energy.
   double share = 1.0;                             ///< Share of the control point's cell that it covers.
 };
