@@ -14,7 +14,7 @@ namespace thenar {
 /// those that the contacts have in a tick (ContactKinematics).
 void fill_kernels(const Model& model, Frame& frame);
 
-/// What deform works in, for one finger at a time.
+/// Workspace of deform, for one finger at a time.
 struct PulpLoads {
   struct Load {
     Eigen::Index control_point;
@@ -26,11 +26,11 @@ struct PulpLoads {
   Eigen::Matrix3Xd u_m;  ///< u+ at the contacts, distal frame.
 };
 
-/// u = rho u + (1 - rho) C f of finger k, at all its control points. At those of the frame's contacts, (1 - rho) C f is
-/// the solver's own `surface_motion` (GroupedWorkspace): in a motion of its own a finger that sticks would walk. At the
-/// others, which bear no force, forces across the normal act by c_t in all directions, the mean of Cerruti's tensor:
-/// the tensor itself would cost four times as much. `f` holds the frame's contact forces, rows (n, t1, t2) each, as
-/// surface_motion has. Does not allocate.
+/// Computes u = rho u + (1 - rho) C f of finger k, at all its control points. At those of the frame's contacts,
+/// (1 - rho) C f is the solver's own `surface_motion` (GroupedWorkspace): in a motion of its own a finger that sticks
+/// would walk. At the others, which bear no force, forces across the normal act by c_t in all directions, the mean of
+/// Cerruti's tensor: the tensor itself would cost four times as much. `f` holds the frame's contact forces, rows (n,
+/// t1, t2) each, as surface_motion has. Does not allocate.
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
             const Eigen::VectorXd& surface_motion, PulpLoads& work, State& state);
 

@@ -28,9 +28,9 @@ struct ContactKinematics {
   Eigen::Isometry3d X_WO;             ///< The object.
   PerFinger<Eigen::Isometry3d> X_FO;  ///< The same in each distal frame.
   std::vector<ContactPoint> points;   ///< Capacity, as all below.
-  // And find_jacobians():
+  // As find_jacobians() leaves it:
   Eigen::VectorXd gap_m;
-  /// What gap_m is over the frame's own gap: 1 but where a contact leans.
+  /// Ratio of gap_m to the frame's own gap: 1 except where a contact leans.
   Eigen::VectorXd gap_unit;
   GroupedDelassus::OwnJacobian J_finger;     ///< Rows -E' J_k; 3 capacity x 4.
   Eigen::VectorXd J_fifth;                   ///< Its fifth column, where a finger has five joints; else none.
@@ -38,16 +38,16 @@ struct ContactKinematics {
   Eigen::VectorXd J_fifth_mobile;            ///< J_fifth likewise.
   GroupedDelassus::CommonJacobian J_object;  ///< Rows E' [I, -[r]x, 0 0]; 3 capacity x 6, padded to 8.
   std::vector<Eigen::Matrix3d> E_W;          ///< Columns n, t1, t2, world axes.
-  /// The same in the distal frame. Of a contact that fades the first is what its gap grows by with u, and not of
+  /// The same in the distal frame. For a contact that fades the first is its gap's growth with u, and not of
   /// length one.
   std::vector<Eigen::Matrix3d> E_F;
-  std::vector<Eigen::Vector3d> c_W;  ///< Where finger and object meet.
+  std::vector<Eigen::Vector3d> c_W;  ///< Contact points of finger and object.
   /// Rows E_F', 3 capacity x 3, none for rigid fingertips: the axes of the pulps' compliance. The solver presses in
   /// them and deform() commits u in them: in other axes a finger that sticks would walk.
   GroupedDelassus::Axes pulp_axes;
   PerFinger<double> pulp_share;  ///< (1 - rho) of each pulp over that of the first; no entries: they are alike.
-  // Of a soft object alone:
-  /// Columns n, t1, t2, object frame, of what the object's gap grows by: n does not lean, and is as E_F's of a contact
+  // Only for a soft object:
+  /// Columns n, t1, t2, object frame, of the object's gap growth: n does not lean, and is as E_F's of a contact
   /// that fades.
   std::vector<Eigen::Matrix3d> E_O;
   GroupedDelassus::Axes object_tensors;  ///< Rows E_O' T.
@@ -55,11 +55,11 @@ struct ContactKinematics {
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 
-/// The gap of a contact at a state, of this frame or another, with the object at X_FO.
+/// Computes the gap of a contact at a state, of this frame or another, with the object at X_FO.
 [[nodiscard]] ContactGap gap_at(const Model& model, const FrameContact& contact, const Eigen::Isometry3d& X_FO,
                                 const State& state);
 
-/// Says where the bodies are: as the state, and the pose of its hand, have them.
+/// Sets the poses of the bodies from the state and the pose of its hand.
 void place_bodies(const Model& model, const HandPose& pose, const State& state, ContactKinematics& kinematics);
 /// Finds u and gap of each contact, for bodies that have been placed.
 void find_gaps(const Model& model, const Frame& frame, const State& state, ContactKinematics& kinematics);

@@ -12,24 +12,24 @@
 
 namespace thenar {
 
-/// What one contact tick works in: room for the model's most contacts, taken once. It has what the last tick found, for
-/// whoever shows it; the next tick needs none of it, and may be of another run of the model.
+/// Workspace of one contact tick, allocated once for the model's most contacts. It keeps the last tick's results for
+/// display; the next tick needs none of them, and may be of another run of the model.
 struct ContactScratch {
   explicit ContactScratch(const Model& model);
 
-  ContactKinematics kinematics;  ///< Of the frame's contacts, at the start of the tick.
-  Eigen::VectorXd old_offset_m;  ///< The last frame's.
+  ContactKinematics kinematics;  ///< Kinematics of the frame's contacts, at the start of the tick.
+  Eigen::VectorXd old_offset_m;  ///< Offsets of the last frame.
   Eigen::VectorXd delta_free, delta, mu;
-  Eigen::VectorXd f_first;                ///< What the last solve began with: the forces of the tick before it.
-  Mobility mobility{};                    ///< Of the last tick's bodies; none of joints at their stops.
-  EnvironmentContacts environment;        ///< Of the last tick, of a scene that has one.
+  Eigen::VectorXd f_first;                ///< Start of the last solve: the forces of the tick before it.
+  Mobility mobility{};                    ///< Mobility in the last tick; zero for joints at their stops.
+  EnvironmentContacts environment;        ///< Contacts of the last tick, for a scene with an environment.
   EnvironmentContacts environment_again;  ///< Scratch.
   PulpLoads loads;
   PatchPoints patches;
-  HandPose pose;  ///< After a tick, that of the state which it left; q is NaN while there is none.
+  HandPose pose;  ///< Pose of the state after the last tick; q is NaN before the first.
 };
 
-/// Room for the object's contacts with its environment, which are still to be found; of a scene that has none, none.
+/// Returns room for the object's contacts with its environment, still to be found; none for a scene without one.
 [[nodiscard]] EnvironmentContacts environment_of(const Model& model);
 
 }  // namespace thenar

@@ -18,26 +18,26 @@ namespace thenar {
 /// point has gone so far along the surface that the form there may be another.
 struct HeldFoot {
   Eigen::Vector3d x_O = Eigen::Vector3d::Constant(1e9);
-  int face = -1;  ///< -1: there is none; of `at` the normal alone counts, the samples'.
+  int face = -1;  ///< -1: none; only the normal of `at` is valid, from the samples.
   SurfaceForm at;
 };
 
-/// What finding contacts works in, and what it remembers from frame to frame.
+/// Workspace for finding contacts, with the memory from frame to frame.
 struct ContactSearch {
   explicit ContactSearch(const Model& model);
 
   PerFinger<FindingMemory> memory;
-  PerFinger<std::vector<KnownSample>> known_deformed;  ///< Of control points as they are deformed.
-  PerFinger<std::vector<HeldFoot>> feet;               ///< Likewise, on faces that are known exactly.
-  PerFinger<std::vector<KnownSample>> known_before;    ///< Likewise, of what is before them along the pulp's normals.
-  PerFinger<KnownSample> known_ball;                   ///< Of what is nearest to the pulp.
-  PerFinger<Eigen::Isometry3d> X_OF_then;              ///< Where fingers were at the last frame, at this tick;
-  std::int64_t tick_then = -1;                         ///< < 0: there was none.
+  PerFinger<std::vector<KnownSample>> known_deformed;  ///< Samples near the deformed control points.
+  PerFinger<std::vector<HeldFoot>> feet;               ///< Their feet on exactly known faces.
+  PerFinger<std::vector<KnownSample>> known_before;    ///< Samples before them along the pulp's normals.
+  PerFinger<KnownSample> known_ball;                   ///< Sample nearest to the pulp.
+  PerFinger<Eigen::Isometry3d> X_OF_then;              ///< Poses of the fingers at the last frame.
+  std::int64_t tick_then = -1;                         ///< Tick of the last frame; < 0: none.
   EdgeWork edges;
   std::vector<ContactCandidate> candidates, left_out;
   Eigen::VectorXd moved_m;             ///< |u| of one finger's control points.
-  std::vector<Eigen::Index> deepest;   ///< Of the object's fine samples, by control point; -1: none.
-  std::vector<FrameContact> contacts;  ///< One finger's.
+  std::vector<Eigen::Index> deepest;   ///< Fine sample of the object deepest in the pulp, by control point; -1: none.
+  std::vector<FrameContact> contacts;  ///< Contacts of one finger.
   SmallContacts small;
 };
 
@@ -49,7 +49,7 @@ struct ContactSearch {
 /// They touch the side that the pulp comes from: it is seen along the pulp's normals, from its inside, as all is at
 /// edges (edge_contacts.h).
 /// Samples of a part too fine to meet a control point for sure (`Model::fine_m`) are looked for in the pulp.
-/// What a finger's list has no room for goes to `frame.left_out`.
+/// Contacts that do not fit a finger's list go to `frame.left_out`.
 /// `frame` has its drive. Does not allocate, after the first call.
 void find_frame_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot,
                          ContactSearch& search, Frame& frame);

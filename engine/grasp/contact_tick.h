@@ -16,13 +16,13 @@
 
 namespace thenar {
 
-/// What the caller of a contact tick brings: the place of a haptic device.
+/// Input of a contact tick from its caller: the interface for a haptic device.
 struct TickInput {
-  Vector6d wrench = Vector6d::Zero();     ///< On the object beside the frame's, about its origin, world axes [N, N m].
-  std::optional<Eigen::Isometry3d> X_WT;  ///< Where the object should be at this tick; nothing: where the task has it.
+  Vector6d wrench = Vector6d::Zero();     ///< Added to the frame's, about the object's origin, world axes [N, N m].
+  std::optional<Eigen::Isometry3d> X_WT;  ///< Target of the object at this tick; nothing: the task's.
 };
 
-/// What one contact tick returns by value.
+/// Result of one contact tick, returned by value.
 struct TickReport {
   TickReport() = default;
   explicit TickReport(const Hand& hand)
@@ -33,7 +33,7 @@ struct TickReport {
         stop_Nm(hand.at_zero()) {}
 
   SolveReport solve;
-  std::int64_t sequence = -1;  ///< Of the frame used.
+  std::int64_t sequence = -1;  ///< Number of the frame used.
   std::int64_t frame_age = 0;  ///< Steps from the frame's snapshot to this tick's start.
   bool handed_over = false;    ///< The frame is new.
   bool held = false;           ///< The frame is too old or too far off: its drive is held.
@@ -41,18 +41,18 @@ struct TickReport {
   Ledger ledger;
   Eigen::Index contacts = 0;
   Eigen::Index active = 0;  ///< Contacts that carry force.
-  /// How deep a deformed control point is in the object: a contact at the tick's end, offset or not, or one that the
-  /// list has no room for, at its start. Of one whose cell an edge cuts, in the mean over the cell.
+  /// Penetration depth of a deformed control point: a contact at the tick's end, offset or not, or one left out of the
+  /// full list, at its start. For one whose cell an edge cuts, the mean over the cell.
   double penetration_m = 0.0;
-  PerFinger<double> left_out_m;  ///< Of the latter alone, by finger; 0: none is in the object.
-  PerFinger<double> injected_J;  ///< What each finger's contacts have of the ledger's.
-  PerFinger<SmallPatch> small;   ///< Of fingers that are loaded.
+  PerFinger<double> left_out_m;  ///< Depth of the latter alone, by finger; 0: none in the object.
+  PerFinger<double> injected_J;  ///< Part of the ledger's from each finger's contacts.
+  PerFinger<SmallPatch> small;   ///< Small patches of loaded fingers.
   PerFinger<PatchReport> patch;
-  EnvironmentReport environment;  ///< Of a scene that has one.
-  JointVector stop_Nm;            ///< What the stops at the ends of the joints' ranges bear: see JointStops.
-  double assemble_s = 0.0;        ///< Hand-over, drive, gaps and Jacobians: what W is made of.
-  double solve_s = 0.0;           ///< Free motion, Gauss-Seidel and commit.
-  double deform_s = 0.0;          ///< Deformation, and what the patches did.
+  EnvironmentReport environment;  ///< Report for a scene with an environment.
+  JointVector stop_Nm;            ///< Torques of the stops at the ends of the joints' ranges: see JointStops.
+  double assemble_s = 0.0;        ///< Time of hand-over, drive, gaps and Jacobians: the parts of W.
+  double solve_s = 0.0;           ///< Time of free motion, Gauss-Seidel and commit.
+  double deform_s = 0.0;          ///< Time of deformation and patch reports.
 };
 
 /// Advances the state by one step h of the contact loop on a frozen frame.
@@ -69,16 +69,16 @@ struct TickReport {
 ///    object couples all contacts: then W is formed, with (1 - rho_o) C_o.
 /// 6. Commit: (q, x) moves by h B^-1 (drive + J_c' f), u = rho u + (1 - rho) C f. What is not finite moves nothing, and
 ///    the status says so.
-/// 7. Stock: what the loaded points of each patch did, and where the energy went.
+/// 7. Reports: motion of the loaded points of each patch, and the energy ledger.
 ///
 /// A state without forces and deformation whose pulps lie in the object when the workspace's first frame comes begins
 /// with the pulps pressed in as far, bodies at rest: the energy of that is the start's, and no contact injects it.
 ///
-/// After the first call on a state it does not allocate. It does not lock, log or throw.
+/// Does not allocate after the first call on a state. Does not lock, log or throw.
 TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& memory, ContactScratch& work,
                         State& state, const TickInput& input = {}) noexcept;
 
-/// What the pulps of a new state, which are pressed in and sheared, carry as its first tick begins. Allocates.
+/// Returns the loads on the pulps of a new state, pressed in and sheared, at the start of its first tick. Allocates.
 [[nodiscard]] PerFinger<FingerLoad> first_loads(const Model& model, const Frame& frame);
 
 }  // namespace thenar

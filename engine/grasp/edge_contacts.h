@@ -12,28 +12,28 @@ namespace thenar {
 /// Notes where the object has edges, for pulps whose cells they may cut.
 void find_edges(Model& model);
 
-/// Whether a cell of a pulp that comes along the mean normal there sees the edges at a sample: not those of a spike
-/// that is so slender that all of its faces lie along the way.
+/// Returns whether a cell of a pulp moving along the mean normal there sees the edges at a sample: not those of a spike
+/// so slender that all of its faces lie along the way.
 [[nodiscard]] bool has_edges_for_cells(const Model& model, Eigen::Index sample);
 
-/// A cell of a pulp and what of the object is next to it.
+/// A cell of a pulp and the part of the object next to it.
 struct EdgeCell {
   int finger = 0;
   Eigen::Index control_point = 0;
   Eigen::Vector3d p_O = Eigen::Vector3d::Zero();    ///< The control point at rest, object frame.
-  Eigen::Vector3d N_O = Eigen::Vector3d::Zero();    ///< Out of the pulp there.
+  Eigen::Vector3d N_O = Eigen::Vector3d::Zero();    ///< Normal out of the pulp there.
   Eigen::Vector3d u_O = Eigen::Vector3d::Zero();    ///< The pulp's deformation.
   Eigen::Vector3d way_O = Eigen::Vector3d::Zero();  ///< Its expected way against the object until the frame is used.
-  Eigen::Index sample = 0;  ///< Of the face before it: ImplicitSurface::beside() has the others.
+  Eigen::Index sample = 0;  ///< Sample of the face before it: ImplicitSurface::beside() has the others.
 };
 
 /// A face as a cell sees it.
 struct FacePlane {
   Eigen::Vector3d n, point_m;
-  int face = -1;  ///< Of an object that has exact faces.
+  int face = -1;  ///< Face of an object with exact faces.
 };
 
-/// What edge_contact() works in.
+/// Workspace of edge_contact().
 struct EdgeWork {
   EdgeWork() : cells(ImplicitSurface::kMostBeside + 1) {
     faces.reserve(ImplicitSurface::kMostBeside + 1);
@@ -47,7 +47,7 @@ struct EdgeWork {
 
 enum class AtEdge { kWhole, kCut, kFree };
 
-/// The contact of a cell that an edge cuts. All that pulp and object have to do with one another is an energy,
+/// Computes the contact of a cell that an edge cuts. The interaction of pulp and object is an energy,
 ///     U = min over u of u' C^-1 u / 2   so that   N_i.u_i >= d_i,
 /// where d_i is how deep the object reaches, in the mean, into that part of the cell i that it reaches into at all
 /// (cell_cover), and the point's own compliance is that of such a part: k_ii / m, m about the root of its share, and

@@ -9,22 +9,22 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/state.h"
 
-// What a contact tick does about an environment, of a scene that has one. `wrench` is what drives the object beside
-// contact, about its origin, world axes.
+// Steps of a contact tick for a scene with an environment. `wrench` drives the object beside contact, about its origin,
+// world axes.
 
 namespace thenar {
 
-/// Finds what the object touches beside the fingers, as far as the drive might move it in the tick; or after a motion
-/// of it, and the tick.
+/// Finds the object's contacts beside the fingers, as far as the drive might move it in the tick; or after a motion of
+/// it, and the tick.
 void look_around(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                  EnvironmentContacts& contacts, const std::optional<Vector6d>& after_motion = std::nullopt);
 
-/// Looks again from where the motion x, which the tick has found, takes the object. True if that is news: the tick is
-/// then to be solved again with what work.environment has now.
+/// Looks again from where the motion x, which the tick has found, takes the object. True if contacts were missed:
+/// the tick is then to be solved again with the new work.environment.
 [[nodiscard]] bool look_again(const Model& model, const Mobility& mobility, const Vector6d& wrench, const State& state,
                               const Vector6d& x, ContactMemory& memory, ContactScratch& work);
 
-/// The object on its environment before any finger touches it; nothing without one.
+/// Returns the object on its environment before any finger touches it; nothing without one.
 [[nodiscard]] std::optional<CommonGround> ground_of(const Model& model, const Mobility& mobility,
                                                     const Vector6d& wrench, const EnvironmentContacts& contacts);
 

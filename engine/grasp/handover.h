@@ -20,9 +20,9 @@ void carry_forces(const Model& model, const Frame& frame, const std::vector<Cont
 /// frame's contacts (find_gaps), and gives each contact the offset
 ///     e = e_old + gap_old - gap_new
 /// of its gaps by the old and the new frame, both at this state and deformed, so that noise of the frame moves nothing
-/// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. Larger than
-/// half a fingertip's radius no offset becomes: that is no noise. Loads on a soft object go along with their contacts.
-/// Returns the elastic energy that contacts held which the frame has not [J].
+/// at once. A contact that the old frame did not have starts closed at the deepest, not pressed in. No offset
+/// exceeds half a fingertip's radius: that is no noise. Loads on a soft object go along with their contacts.
+/// Returns the elastic energy of contacts that the frame lacks [J].
 double hand_over(const Model& model, const Frame& frame, State& state, ContactMemory& memory, ContactScratch& work);
 
 }  // namespace thenar

@@ -29,19 +29,20 @@ namespace thenar {
 /// Computes k_ij among all contacts of the frame, also of different fingers. Requires the frame's contacts.
 void fill_object_kernel(const Model& model, Frame& frame);
 
-/// T at a contact, for its normal; it is fixed in the object while a frame is in use.
+/// Returns T at a contact, for its normal; it is fixed in the object while a frame is in use.
 [[nodiscard]] Eigen::Matrix3d object_tensor(const Model& model, const FrameContact& contact);
 
-/// (1 - rho_o) C_o of a soft object, C_ij = k_ij E_i' T_i T_j E_j in contact rows; nothing for a rigid one.
+/// Returns (1 - rho_o) C_o of a soft object, C_ij = k_ij E_i' T_i T_j E_j in contact rows; nothing for a rigid one.
 /// tensors: rows E_O' T of the contacts, as ContactKinematics has them. It refers to both.
 [[nodiscard]] SharedCompliance object_compliance(const Model& model, const Frame& frame,
                                                  const GroupedDelassus::Axes& tensors);
 
-/// u_o of the object's surface at a contact, object frame; zero for a rigid object.
+/// Returns u_o of the object's surface at a contact, object frame; zero for a rigid object.
 [[nodiscard]] Eigen::Vector3d object_displacement(const Model& model, const State& state, const FrameContact& contact);
 
-/// The same at all contacts of the frame, rows of u_O (n x 3, or more); nothing for a rigid object. Where a load is a
-/// contact's own, it must be where that touches (carry_loads): the frame knows the kernel then. Does not allocate.
+/// Computes the same at all contacts of the frame, rows of u_O (n x 3, or more); nothing for a rigid object. Where a
+/// load is a contact's own, it must be where that touches (carry_loads): the frame knows the kernel then. Does not
+/// allocate.
 void object_displacements(const Model& model, const Frame& frame, const State& state, Eigen::MatrixX3d& u_O);
 
 /// Moves the loads of the frame's contacts to where those touch now. For the hand-over. Does not allocate.
@@ -52,7 +53,7 @@ void carry_loads(const Model& model, const Frame& frame, State& state);
 void remember_loads(const Model& model, const Frame& frame, const GroupedDelassus::Axes& tensors,
                     const Eigen::VectorXd& f, State& state);
 
-/// It moves a surface as soft as a pulp by a hundredth of a nanometre.
+/// Load that moves a surface as soft as a pulp by a hundredth of a nanometre.
 inline constexpr double kForgotten_N = 1e-8;
 
 }  // namespace thenar

@@ -18,13 +18,13 @@ inline constexpr double kTrustPerRadius = 0.5;
 /// sqrt(A) / s of a control point's own part: of a hexagonal lattice.
 inline constexpr double kHexagonal = 3.9210;
 
-/// How far a force at one control point moves another.
+/// Influence of a force at one control point on another's displacement.
 enum class PulpKernel {
   kBoussinesq,  ///< An elastic half space.
   kGaussian,    ///< The published model's influence function, eqs. (32, 33): calibrated to Hertz at one depth.
 };
 
-/// How a fingertip gives way, as the scene says it.
+/// Compliance of a fingertip's material, as in the scene.
 struct PulpMaterial {
   double reduced_modulus_Pa = 0.0;  ///< E* = E / (1 - nu^2).
   double poisson = 0.5;
@@ -37,7 +37,7 @@ struct PulpMaterial {
 
 struct Fingertip;
 
-/// The scene's material with what the fingertip's hand file says of its own.
+/// Returns the scene's material with the fingertip's own values from its hand file.
 [[nodiscard]] PulpMaterial material_of(const Fingertip& tip, PulpMaterial scenes);
 
 /// A quasi-rigid fingertip [26, 31]: a rigid rest shape and a compliance on its control points, one for each leaf of
@@ -68,10 +68,10 @@ struct Fingertip;
 /// published kernel has.
 struct Pulp {
   PointCloud surface;               ///< Rest shape, distal frame.
-  Eigen::Index leaves = 0;          ///< Of the tree over its samples, see collision/point_tree.h.
+  Eigen::Index leaves = 0;          ///< Leaves of the tree over its samples, see collision/point_tree.h.
   std::vector<Eigen::Index> order;  ///< Samples, leaf after leaf.
   Eigen::Vector3d centre_m;         ///< Distal frame.
-  double radius_m = 0.0;            ///< Of the sphere, or of the largest about the centre that is in the pulp.
+  double radius_m = 0.0;            ///< Radius of the sphere, or of the largest one about the centre inside the pulp.
   PulpMaterial material;
   Eigen::Matrix3Xd control_points_m = {};  ///< 3 x L, distal frame.
   Eigen::MatrixX3d control_normals = {};   ///< L x 3, outward, at rest.
@@ -85,12 +85,12 @@ struct Pulp {
   [[nodiscard]] Eigen::Index controls() const { return control_points_m.cols(); }
 };
 
-/// A spherical pulp of `points` samples, centred at `centre_m` of the distal frame. Its tree has `leaves` leaves, and a
-/// control point on each.
+/// Makes a spherical pulp of `points` samples, centred at `centre_m` of the distal frame. Its tree has `leaves` leaves,
+/// and a control point on each.
 [[nodiscard]] Pulp make_spherical_pulp(const Eigen::Vector3d& centre_m, double radius_m, Eigen::Index points,
                                        Eigen::Index leaves, const PulpMaterial& material);
 
-/// A pulp of another shape, likewise. Without a shape it is the sphere.
+/// Makes a pulp of another shape, likewise. Without a shape it is the sphere.
 [[nodiscard]] Pulp make_pulp(const Eigen::Vector3d& centre_m, double radius_m, const std::optional<PulpShape>& shape,
                              Eigen::Index points, Eigen::Index leaves, const PulpMaterial& material);
 
@@ -108,11 +108,11 @@ struct PulpPatch {
 struct PulpCompliance {
   double k, a, b;
 };
-/// k_ij, a_ij and b_ij between two parts of a pulp's surface, as its control points have them.
+/// Returns k_ij, a_ij and b_ij between two parts of a pulp's surface, as for its control points.
 [[nodiscard]] PulpCompliance pulp_compliance(const Pulp& pulp, const PulpPatch& i, const PulpPatch& j);
 
-/// k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these areas [m/N].
-/// Distances and areas of points j may be arrays.
+/// Returns k_ij of the Boussinesq kernel between points whose distance squared is `squared_m2`, standing for these
+/// areas [m/N]. Distances and areas of points j may be arrays.
 template <typename Values>
 [[nodiscard]] Values half_space_kernel(const PulpMaterial& material, const Values& squared_m2, double area_i_m2,
                                        const Values& area_j_m2) {
@@ -121,11 +121,11 @@ template <typename Values>
   return 1.0 / (std::numbers::pi * material.reduced_modulus_Pa * sqrt(squared_m2 + s2));
 }
 
-/// rho = exp(-h / tau_r): the share of a displacement that is still there a step h later; 0 if elastic.
+/// Returns rho = exp(-h / tau_r): the share of a displacement left a step h later; 0 if elastic.
 [[nodiscard]] double retained_share(const PulpMaterial& material, double step_s);
 
-/// 1 / (1 + beta F): what a normal load F leaves of the compliance. Human fingertips have a secant modulus about linear
-/// in the load [Dzidek et al. 2017].
+/// Returns 1 / (1 + beta F): the share of the compliance left under a normal load F. Human fingertips have a secant
+/// modulus about linear in the load [Dzidek et al. 2017].
 [[nodiscard]] double softness(const PulpMaterial& material, double normal_N);
 
 }  // namespace thenar

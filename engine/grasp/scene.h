@@ -25,7 +25,7 @@ namespace thenar {
 /// A surface from a file, as engine/formats/point_cloud_file.h reads it.
 struct CloudShape {
   std::filesystem::path file;
-  double unit_m = 1.0;  ///< What 1 in the file measures.
+  double unit_m = 1.0;  ///< Length of 1 in the file.
   bool operator==(const CloudShape&) const = default;
 };
 using Shape = std::variant<BoxShape, SphereShape, EllipsoidShape, CylinderShape, SuperquadricShape, Mug, CloudShape>;
@@ -34,35 +34,35 @@ struct ObjectSettings {
   Shape shape;
   Eigen::Index points = 0;  ///< Samples of a generated shape or a mesh; a scan brings its own.
   double mass_kg = 0.0;
-  Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< Where the weight acts; object frame.
+  Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< Centre of mass; object frame.
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();      ///< Pose at the start.
   double translation_damping = 0.0;                            ///< b_t [N s/m].
   double rotation_damping = 0.0;                               ///< b_o [N m s].
-  std::optional<PulpMaterial> compliance;                      ///< How its surface gives way; nothing: rigid.
+  std::optional<PulpMaterial> compliance;                      ///< Compliance of its surface; nothing: rigid.
 };
 
-/// What the fingertips feel: see Touch (engine/grasp/state.h).
+/// Tactile sensing of the fingertips: see Touch (engine/grasp/state.h).
 struct TouchSettings {
-  double delay_s = 0.0;    ///< From skin to command: what the control side feels is so old.
-  double noise = 0.0;      ///< Standard deviation of what is felt of each contact's force, as a share of it.
-  std::uint32_t seed = 1;  ///< Of the noise.
+  double delay_s = 0.0;    ///< Delay from skin to command: age of the signals in control.
+  double noise = 0.0;      ///< Standard deviation of each sensed contact force, as a share of it.
+  std::uint32_t seed = 1;  ///< Seed of the noise.
 };
 
 /// Deformable pulps; a scene without them has rigid point contacts.
 struct FingertipSettings {
   Eigen::Index points = 0;
-  Eigen::Index leaves = 0;  ///< Control points.
+  Eigen::Index leaves = 0;  ///< Number of control points.
   PulpMaterial material;
-  std::optional<TouchSettings> touch = {};  ///< Nothing: they feel nothing but their loads.
+  std::optional<TouchSettings> touch = {};  ///< Nothing: they sense only their loads.
 };
 
 struct ContactSettings {
   double friction = 0.0;
   double band_m = 0.0;              ///< Control points with a gap below this are candidates.
-  double distance_error_m = 1e-6;   ///< Allowed in distances of deformable fingertips' points; 0: exact ones.
-  Eigen::Index max_per_finger = 0;  ///< Of them, those of least gap.
+  double distance_error_m = 1e-6;   ///< Allowed error of distances of deformable fingertips' points; 0: exact.
+  Eigen::Index max_per_finger = 0;  ///< Largest number of candidates, by least gap.
   std::optional<int> level = 0;     ///< Level of detail of the pulps, see set_level; nothing: chosen by force_error.
-  double force_error = 0.05;        ///< Of a pulp's force against Hertz's, rms, that the choice of a level allows.
+  double force_error = 0.05;        ///< Allowed rms error of a pulp's force against Hertz's in the choice of a level.
   double tolerance = 0.0;           ///< Natural-map residual of a tick.
   int max_sweeps = 0;
 };
@@ -77,7 +77,7 @@ struct PidGains {
   double p = 0.0, i = 0.0, d = 0.0;
 };
 
-/// What drives the hand by time, instead of the control law: linear between its times, and constant before and after.
+/// Drive of the hand over time, instead of the control law: linear between its times, constant before and after.
 struct DriveTable {
   std::filesystem::path file;
   Eigen::VectorXd time_s;  ///< Rising.
@@ -87,40 +87,40 @@ struct DriveTable {
   [[nodiscard]] Eigen::VectorXd at(double at_s) const;
 };
 
-/// How the grip answers to what is felt: see Reflex (engine/control/reflex.h).
+/// Response of the grip to tactile signals: see Reflex (engine/control/reflex.h).
 struct ReflexSettings {
-  double load_rate_N_per_s = 2.0;  ///< A finger whose tangential load changes faster than expected gets a pulse.
-  double pulse_s = 0.22;           ///< How long the grip rises in a pulse.
-  double release_s = 0.5;          ///< Time constant in which the grip goes back.
-  double stick = 0.35;             ///< The least share of a patch that is to stick.
-  double regulation_per_s = 5.0;   ///< How fast the squeeze is adjusted to it, as a share of the grip.
+  double load_rate_N_per_s = 2.0;  ///< Excess rate of a finger's tangential load that triggers a pulse.
+  double pulse_s = 0.22;           ///< Duration of the grip's rise in a pulse.
+  double release_s = 0.5;          ///< Time constant of the grip's return.
+  double stick = 0.35;             ///< Least share of a patch that should stick.
+  double regulation_per_s = 5.0;   ///< Rate of the squeeze's adjustment to it, as a share of the grip.
 };
 
-/// How fast muscles follow what they are asked for: da/dt = (u - a) / tau, with tau = rise (0.5 + 1.5 a) while the
+/// Activation dynamics of the muscles: da/dt = (u - a) / tau, with tau = rise (0.5 + 1.5 a) while the
 /// activation a rises to the excitation u and fall / (0.5 + 1.5 a) while it falls [Thelen 2003, J Biomech Eng 125:70].
 struct Activation {
   double rise_s = 0.0, fall_s = 0.0;
   bool operator==(const Activation&) const = default;
 };
 
-/// The least stiffness of the object in the hand that muscle forces are chosen for, object axes.
+/// Least stiffness of the object in the hand for which muscle forces are chosen, object axes.
 struct ObjectStiffness {
   Eigen::Vector3d translation_N_per_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_Nm_per_rad = Eigen::Vector3d::Zero();
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Where these belong together; object frame.
-  double most_squeeze_N = 0.0;  ///< How far the internal force may rise for it; 0: it stays as it is.
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< Reference point of both; object frame.
+  double most_squeeze_N = 0.0;                         ///< Largest rise of the internal force for it; 0: none.
   bool operator==(const ObjectStiffness&) const = default;
 };
 
-/// What muscles are beyond the forces that they are asked for.
+/// Properties of muscles beyond their commanded forces.
 struct MuscleSettings {
-  std::optional<Activation> activation;             ///< Nothing: forces are there at once.
+  std::optional<Activation> activation;             ///< Nothing: forces act at once.
   std::optional<double> short_range;                ///< gamma of k = gamma f / L; nothing: lengths change no force.
-  std::optional<ObjectStiffness> object_stiffness;  ///< Nothing: the least forces do. Of muscles with stiffness alone.
-  std::optional<double> frozen_from_s;              ///< From then on excitations stay as they are; nothing: never.
+  std::optional<ObjectStiffness> object_stiffness;  ///< Nothing: least forces. Only for muscles with stiffness.
+  std::optional<double> frozen_from_s;              ///< Start of constant excitations; nothing: never.
 
   bool operator==(const MuscleSettings&) const = default;
-  /// Whether the contact side has more to do than to apply torques.
+  /// Returns whether the contact side does more than apply torques.
   [[nodiscard]] bool act() const { return activation || short_range; }
 };
 
@@ -131,14 +131,14 @@ struct ControlSettings {
   double pulp_tangential_N_per_m = 0.0;  ///< K_t.
   double grasp_friction = 0.0;           ///< mu_c of the cones of grasp forces; of felt ones until it is felt.
   std::optional<double> felt_margin;  ///< m of cones whose friction is felt: mu_c = mu / (1 + m); nothing: it is not.
-  FrictionCone cone = FrictionCone::kExact;  ///< Their shape.
+  FrictionCone cone = FrictionCone::kExact;  ///< Shape of the cones.
   double internal_force_N = 0.0;             ///< lambda of eq. (13).
   PidGains position, rotation;
   std::optional<Eigen::Vector3d> centre_m;   ///< The point that `position` controls, object frame; nothing: its origin.
   std::optional<double> posture_Nm_per_rad;  ///< Spring to the start posture, where fingertips leave joints free.
-  double feedback_delay_s = 0.0;             ///< The laws see the state as it was so long ago.
-  bool anticipation = false;                 ///< What the target's motion will need is fed forward.
-  std::optional<ReflexSettings> reflex;      ///< Nothing: the grip does not answer. Of fingertips with touch alone.
+  double feedback_delay_s = 0.0;             ///< Age of the state that the laws use.
+  bool anticipation = false;                 ///< Feedforward of the demand of the target's motion.
+  std::optional<ReflexSettings> reflex;      ///< Nothing: no reflex. Only for fingertips with touch.
   std::optional<MuscleSettings> muscles;     ///< Muscle forces drive the joints; nothing: the torques act as they are.
   std::optional<DriveTable> drive;           ///< Nothing: the law drives them.
 };
@@ -151,7 +151,7 @@ struct Move {
   double over_s = 1.0;
 };
 
-/// What ties the object to its target at every step, as a hand that moves it would: a haptic device's virtual coupling.
+/// Spring from the object to its target at every step, like a hand that moves it: a haptic device's virtual coupling.
 struct Spring {
   double translation_N_per_m = 0.0;
   double rotation_Nm_per_rad = 0.0;
@@ -163,8 +163,8 @@ struct Push {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   double from_s = 0.0;
   double over_s = 0.0;
-  double rise_s = 0.0;                             ///< They grow linearly for so long from their beginning on.
-  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< Where the force acts, fixed in the object; object frame.
+  double rise_s = 0.0;                             ///< Duration of their linear rise from their beginning.
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< Point of action of the force, fixed in the object; object frame.
   Eigen::Vector3d moment_Nm = Eigen::Vector3d::Zero();
 };
 
@@ -173,27 +173,27 @@ struct Arm {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< Unit, object axes at the start.
   double amplitude_m = 0.0;
   double frequency_Hz = 0.0;
-  double from_s = 0.0;  ///< From here on it swings, at first and at last over one swing each with less than all.
+  double from_s = 0.0;  ///< Start of the swing; its first and last period have a reduced amplitude.
   double over_s = 0.0;
 };
 
-/// A part of a path: a displacement, world axes, and how long it takes.
+/// A part of a path: a displacement, world axes, and its duration.
 struct PathLeg {
   Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
   double over_s = 1.0;
-  bool smooth = false;  ///< By minimum jerk; else at constant speed.
+  bool smooth = false;  ///< Minimum jerk; else constant speed.
 };
 
-/// What moves a fingertip on a slide (Hand::slides); what its kind does not name is 0. See engine/grasp/slides.h.
+/// Drive of a fingertip on a slide (Hand::slides); values that its kind does not name are 0. See engine/grasp/slides.h.
 struct Slide {
   double force_N = 0.0;            ///< Given force along the slide.
-  double rise_s = 0.0;             ///< It grows linearly from zero for so long from the beginning on.
-  double stiffness_N_per_m = 0.0;  ///< Of a spring along the slide; 0: there is none.
-  double rest_m = 0.0;             ///< Where along the slide, from the start, the spring has no force.
+  double rise_s = 0.0;             ///< Duration of its linear rise from zero at the beginning.
+  double stiffness_N_per_m = 0.0;  ///< Stiffness of a spring along the slide; 0: none.
+  double rest_m = 0.0;             ///< Rest position of the spring along the slide, from the start.
   std::vector<PathLeg> path;       ///< One leg after the other. None: force or spring move it.
 };
 
-/// From this time on contacts have this friction.
+/// Friction of the contacts from this time on.
 struct FrictionStep {
   double from_s = 0.0, friction = 0.0;
 };
@@ -203,24 +203,24 @@ struct Phase {
   enum class Kind {
     kApproach,  ///< The arm goes, with the fingers still and clear of the object.
     kClose,     ///< The fingers go towards the object until all of them press it.
-    kLoad,      ///< They take over its weight, and their squeeze rises with it.
+    kLoad,      ///< The fingers take over its weight, and their squeeze rises with it.
     kLift,      ///< The arm goes, and the fingers hold the object by themselves.
-    kMove,      ///< Likewise.
+    kMove,      ///< Same as kLift.
     kInsert,    ///< The arm goes against what resists.
-    kPlace,     ///< It goes until something bears a part of the weight, and the fingers leave it the rest.
+    kPlace,     ///< The arm goes until something bears a part of the weight, and the fingers leave it the rest.
     kRelease,   ///< The fingers let go and open.
   };
   Kind kind = Kind::kClose;
-  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();        ///< How far the arm goes, in kPlace at the most; object
-                                                         ///< axes at the start.
-  double over_s = 0.0;                                   ///< How long that takes; of kLoad, how long the load rises.
-  double press_N = 0.0;                                  ///< Of kClose: internal force, as of the control.
-  double speed_m_per_s = 0.0;                            ///< Of the fingers, in kClose and kRelease.
-  double open_m = 0.0;                                   ///< How far they open.
-  double most_N = 0.0;                                   ///< Of kInsert: what resists the arm's way by more has jammed.
-  std::optional<PidGains> position = {}, rotation = {};  ///< Of kInsert; nothing: the scene's, as the next.
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();  ///< Arm's displacement, in kPlace the largest; object
+                                                   ///< axes at the start.
+  double over_s = 0.0;                             ///< Its duration; in kLoad the load's rise time.
+  double press_N = 0.0;                            ///< Internal force in kClose, as of the control.
+  double speed_m_per_s = 0.0;                      ///< Speed of the fingers in kClose and kRelease.
+  double open_m = 0.0;                             ///< Opening distance of the fingers.
+  double most_N = 0.0;                             ///< Resistance to the arm in kInsert above which it has jammed.
+  std::optional<PidGains> position = {}, rotation = {};  ///< Gains in kInsert; nothing: the scene's, as the next.
   std::optional<Eigen::Vector3d> centre_m = {};
-  double within_s = 0.0;  ///< What has not come about by then has failed.
+  double within_s = 0.0;  ///< Time limit, after which the phase has failed.
 };
 /// "approach", "close", "load", "lift", "move", "insert", "place", "release".
 [[nodiscard]] const char* to_string(Phase::Kind kind);
@@ -231,41 +231,41 @@ struct TaskSettings {
   std::optional<Spring> spring;
   std::optional<Push> push;
   std::optional<Arm> arm;
-  std::vector<FrictionStep> friction;  ///< In the order of time.
+  std::vector<FrictionStep> friction;  ///< Ordered by time.
   std::optional<double> lost_m;  ///< A finger that has slid so far has lost the object; nothing: its pulp's radius.
 };
 
-/// How far a scene may be off its full model where parts of it are left out: the object's path, rms and at the end, and
-/// the rest as PathDeviation (engine/studies/model_parts.h) has it.
+/// Allowed error of a scene against its full model where parts are left out: the object's path, rms and at the end, and
+/// the rest as in PathDeviation (engine/studies/model_parts.h).
 struct Tolerance {
   double position_m = 1e-4;
   double rotation_rad = std::numbers::pi / 1800.0;
-  double force = 0.05;   ///< A share of the forces.
-  double moment = 0.1;   ///< A share of the torsion that friction allows.
-  double margin = 0.05;  ///< A difference of margins.
+  double force = 0.05;   ///< Share of the forces.
+  double moment = 0.1;   ///< Share of the torsion that friction allows.
+  double margin = 0.05;  ///< Difference of margins.
 };
 
-/// What a user asks of a grasp that is to be found; what is left out is chosen. Object axes.
+/// A user's requirements on a grasp to be found; those left out are chosen. Object axes.
 struct GraspWish {
-  std::vector<int> fingers = {};                   ///< Of the hand, by index; empty: chosen.
+  std::vector<int> fingers = {};                   ///< Fingers of the hand, by index; empty: chosen.
   std::optional<Eigen::Vector3d> axis_O = {};      ///< Unit: the line on which the fingers face each other.
-  std::optional<Eigen::Vector3d> at_O = {};        ///< Near where on that line the object is held [m].
+  std::optional<Eigen::Vector3d> at_O = {};        ///< Approximate point on that line where the object is held [m].
   std::optional<Eigen::Vector3d> approach_O = {};  ///< Unit: the way in which the hand comes to the object.
   std::optional<double> press_N = {};              ///< Normal load of the least loaded finger, without weight.
-  int rank = 1;                                    ///< Of all that are found; 1 is the best.
+  int rank = 1;                                    ///< Rank among all that are found; 1 is the best.
   std::uint32_t seed = 1;
-  std::string place = {};  ///< Of the wish in its file, for refusals: "file:line:column".
+  std::string place = {};  ///< Position of the wish in its file, for refusals: "file:line:column".
 
   bool operator==(const GraspWish&) const = default;
 };
 
-/// The exact solid of a shape that is one; nothing of others.
+/// Returns the exact solid of a shape that is one; nothing for others.
 [[nodiscard]] std::optional<Solid> solid_of(const Shape& shape);
 
-/// The surface of a shape that has a formula; nothing of one from a file.
+/// Returns the surface of a shape that has a formula; nothing for one from a file.
 [[nodiscard]] std::optional<ExactShape> exact_shape_of(const Shape& shape);
 
-/// All that a scene file says, in SI. What it does not name is absent here, and costs nothing.
+/// Contents of a scene file, in SI. Parts that it does not name are absent and cost nothing.
 struct Scene {
   std::string name;
   double duration_s = 0.0;
@@ -279,8 +279,8 @@ struct Scene {
   bool settles = false;                ///< The fingers move until they press as they are asked to: see settle().
   std::optional<GraspWish> grasp;      ///< Posture, and pose of the object, are to be found: until build_model has.
   double joint_viscosity = 0.0;        ///< b [N m s], of fingers that have no other: viscosity().
-  std::optional<JointVector> torques;  ///< Without control: what drives the joints [N m].
-  std::vector<Slide> slides;           ///< What moves the fingertips of a hand that slides; else none.
+  std::optional<JointVector> torques;  ///< Drive of the joints without control [N m].
+  std::vector<Slide> slides;           ///< Drives of the fingertips of a hand on slides; else none.
   std::optional<FingertipSettings> fingertips;
   ObjectSettings object;
   ContactSettings contact;
@@ -293,13 +293,13 @@ struct Scene {
   std::vector<std::string> defaults_used;  ///< "key = value" of each value the file left to us.
 
   [[nodiscard]] bool has_muscles() const { return control && control->muscles; }
-  /// Whether the contact side is to know the muscles: they have stiffness, or take time.
+  /// Returns whether the contact side needs the muscles: they have stiffness or activation dynamics.
   [[nodiscard]] bool muscles_act() const { return has_muscles() && control->muscles->act(); }
-  /// Whether muscle forces are chosen for a stiffness of the object.
+  /// Returns whether muscle forces are chosen for a stiffness of the object.
   [[nodiscard]] bool chooses_stiffness() const { return has_muscles() && control->muscles->object_stiffness; }
-  /// b of finger k's joints [N m s; N s/m of slides].
+  /// Returns b of finger k's joints [N m s; N s/m of slides].
   [[nodiscard]] double viscosity(int k) const { return hand.fingertips[k].joint_viscosity.value_or(joint_viscosity); }
-  /// Whether fingertip k goes along a path, whatever resists.
+  /// Returns whether fingertip k follows a path, whatever resists.
   [[nodiscard]] bool has_path(int k) const { return !slides.empty() && !slides[k].path.empty(); }
 };
 

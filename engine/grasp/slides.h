@@ -16,10 +16,10 @@
 /// them.
 namespace thenar {
 
-inline constexpr double kSlideDamping_N_s_per_m = 10.0;  ///< Of one that names none: 2 N take it 1 mm far in 5 ms.
-inline constexpr double kSlideReach_m = 1.0;             ///< Where stops are that it does not name; paths stay within.
+inline constexpr double kSlideDamping_N_s_per_m = 10.0;  ///< Default damping: 2 N move it 1 mm in 5 ms.
+inline constexpr double kSlideReach_m = 1.0;             ///< Default position of the stops; paths stay within.
 
-/// A hand whose fingertips are on slides, as yet without any.
+/// Returns a hand for fingertips on slides, as yet without any.
 [[nodiscard]] Hand hand_of_slides();
 
 /// Adds a fingertip of this radius whose centre begins at a place, and which goes along a unit vector from there; or
@@ -27,23 +27,23 @@ inline constexpr double kSlideReach_m = 1.0;             ///< Where stops are th
 void add_slide(const std::string& name, const Eigen::Vector3d& at_m, const Eigen::Vector3d& along, double radius_m,
                bool has_path, Hand& hand);
 
-/// Where the path of a slide has taken its fingertip at this time, from where it began; world axes [m].
+/// Returns the displacement of a slide's fingertip along its path at this time, from its start; world axes [m].
 [[nodiscard]] Eigen::Vector3d path_m(const Slide& slide, double time_s);
 
-/// Adds to the drive of the joints [N] what the scene's slides press with at this time and place q; on paths nothing
-/// drives them. Springs are taken at q: that they end a step elsewhere is in the mobility.
+/// Adds to the drive of the joints [N] the forces of the scene's slides at this time and position q; none for slides on
+/// paths. Springs are taken at q: that they end a step elsewhere is in the mobility.
 void drive_slides(const Scene& scene, double time_s, const JointVector& q, JointVector& drive_N);
 
-/// How far fingertip k goes from the snapshot on in `time_s`, against the contact forces there and with this drive
-/// beside that of the slides [m].
+/// Returns the travel of fingertip k in `time_s` from the snapshot on, against the contact forces there and with this
+/// drive beside that of the slides [m].
 [[nodiscard]] double slide_travel_m(const Scene& scene, const Snapshot& snapshot, const JointVector& drive_N, int k,
                                     double time_s);
 
 /// Gives the joints of paths, in a step that ends then, the motion that takes them where their paths are.
 void follow_paths(const Scene& scene, double end_s, const JointVector& q, JointVector& dq);
 
-/// Books what a tick's ledger, which takes all joints for viscous ones, lacks of slides that have moved by dq under the
-/// forces f of the contact rows: springs, which are taken at the end of the step, and what keeps paths going. That is a
+/// Books the work that a tick's ledger, which takes all joints for viscous ones, lacks for slides moved by dq under the
+/// forces f of the contact rows: springs, taken at the end of the step, and the drive of paths. That is a
 /// drive, and overcomes the contact forces alone.
 void book_slides(const Scene& scene, const Frame& frame, const ContactKinematics& kinematics, const Eigen::VectorXd& f,
                  const JointVector& dq, Ledger& ledger);

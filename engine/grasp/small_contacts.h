@@ -13,51 +13,51 @@
 
 namespace thenar {
 
-/// The curvatures of the gap between a pulp of this radius and a place of an object, along the place's t1 and across
-/// it.
+/// Returns the curvatures of the gap between a pulp of this radius and a place of an object, along the place's t1 and
+/// across it.
 [[nodiscard]] Eigen::Vector2d relative_per_m(const SurfaceForm& object, double radius_m);
 
-/// How a pulp of this radius and spacing of control points stands to a place of an object that is so deep in it. The
-/// patch is Hertz's where the undeformed bodies overlap by more than half of the depth. Zeros at edges and in hollows
-/// that are narrower than the pulp.
+/// Computes the SmallPatch of a pulp of this radius and spacing of control points at a place of an object this deep in
+/// it. The patch is Hertz's where the undeformed bodies overlap by more than half of the depth. Zeros at edges and in
+/// hollows that are narrower than the pulp.
 [[nodiscard]] SmallPatch small_patch(const SurfaceForm& object, double radius_m, double spacing_m, double depth_m);
 
-/// What of a patch is nearest to a control point, in the plane of the patch.
+/// Part of a patch nearest to a control point, in the plane of the patch.
 struct PatchCell {
   Eigen::Index control_point = 0;
   Eigen::Vector2d y = Eigen::Vector2d::Zero();  ///< The control point [m].
   double share_m2 = 0.0;
-  Eigen::Vector2d moment_m3 = Eigen::Vector2d::Zero();  ///< Of the share, about the control point.
+  Eigen::Vector2d moment_m3 = Eigen::Vector2d::Zero();  ///< First moment of the share about the control point.
 };
 
-/// What small contacts are found in, and what is known from frame to frame.
+/// Workspace for finding small contacts, with the memory from frame to frame.
 struct SmallContacts {
   PerFinger<KnownSample> known;
   std::vector<PatchCell> cells;
   std::vector<FrameContact> contacts;
 };
 
-/// Hertz's contact of a pulp with what is so small that it falls between control points, or goes so deep that the pulp
-/// would close around it. It blends into the contacts of control points as both become untrue.
+/// Finds Hertz's contact of a pulp with a part so small that it falls between control points, or goes so deep that the
+/// pulp would close around it. It blends into the contacts of control points as both become untrue.
 ///
-/// Of a patch narrower than the spacing of control points each bears what lies in its own cell: its contact is in the
+/// For a patch narrower than the spacing of control points each bears the part in its own cell: its contact is in the
 /// middle of that share, and gives way as a patch of that size does, so that the force is Hertz's wherever the patch
 /// lies among control points. A patch is where the undeformed bodies overlap by more than half of the most.
 ///
-/// What is deeper than it is wide has sides that hang over. Points that press on these would slip off, as the skin
+/// An object deeper than it is wide has overhanging sides. Points that press on these would slip off, as the skin
 /// between them does not let them: there the object is Hertz's paraboloid, pressed along its axis.
 ///
-/// What becomes of a finger's contacts, and what is added, one for each control point at most, is in `small`. Zeros,
-/// and nothing has changed, if the finger presses nothing small. A finger has one such patch, where it is deepest;
+/// `small` holds the changed contacts of a finger and those added, at most one per control point. Returns zeros, with
+/// nothing changed, if the finger presses nothing small. A finger has one such patch, where it is deepest;
 /// towards an edge it fades. Contacts are found for the band and what the finger may travel. Does not allocate.
 SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapshot, const Eigen::Isometry3d& X_OF,
                               int finger, double band_m, std::span<const FrameContact> contacts, SmallContacts& small);
 
-/// Where the object is nearest to x, as far as its samples say within reach; exactly, where it has a formula.
+/// Returns the object's nearest place to x, from its samples within reach; exactly, where it has a formula.
 [[nodiscard]] std::optional<SurfaceForm> nearest_surface(const Model& model, const Eigen::Vector3d& x_O, double reach_m,
                                                          KnownSample& known);
 
-/// A contact with this place of the object, whose normal there is n, outward.
+/// Places a contact at this point of the object, whose outward normal there is n.
 void put_on_surface(const Eigen::Vector3d& s_O, const Eigen::Vector3d& n_O, const SurfaceBend& bend,
                     const Fingertip& tip, const Eigen::Matrix3d& R_OF, FrameContact& contact);
 

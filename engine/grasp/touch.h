@@ -11,19 +11,20 @@
 
 namespace thenar {
 
-/// Of what is felt: standard normal numbers that are the same for the same seed.
+/// Noise of tactile signals: standard normal numbers, the same for the same seed.
 struct TouchNoise {
   double share = 0.0;
   std::minstd_rand random;
   std::normal_distribution<double> normal;
 
-  /// 1 and some noise.
+  /// Returns 1 plus noise.
   double factor() { return 1.0 + share * normal(random); }
 };
 
-/// What finger k feels, of its patch's points when they have moved. A point slips where its force is on its friction
-/// cone's surface (kOnCone); points with less than a thousandth of the largest normal force are not felt. With noise
-/// each contact's normal and tangential force is felt with a factor of its own; which points slip is not noisy.
+/// Computes the tactile signals of finger k from its patch's points after their motion. A point slips where its force
+/// is on its friction cone's surface (kOnCone); points with less than a thousandth of the largest normal force are not
+/// felt. With noise each contact's normal and tangential force is felt with a factor of its own; which points slip is
+/// not noisy.
 [[nodiscard]] Touch felt_touch(const Model& model, const Frame& frame, const ContactKinematics& kinematics,
                                std::span<const PatchPoint> patch, const FingerLoad& load, const PatchReport& report,
                                double mu, TouchNoise& noise);
