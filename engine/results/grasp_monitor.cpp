@@ -11,6 +11,7 @@
 
 #include "engine/control/pose_loop.h"
 #include "engine/finder/grasp_deficit.h"
+#include "engine/results/loop_words.h"
 #include "engine/results/task_results.h"
 
 namespace thenar {
@@ -19,12 +20,11 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kChatterWindow_s = 0.3;
-constexpr double kStillSoft_s = 0.3;               // A stiffness that was lacking so lately still is.
-constexpr double kRests_s = 0.3;                   // A finger that has not slid for so long sticks again.
-constexpr double kStopsWithin_rad = 1e-6;          // Of the ends of their ranges joints come to rest.
-constexpr double kAnyFriction = 0.01;              // A grasp that so little friction would close is closed by any.
-constexpr double kLeastDelays = 0.8 * kMostDelay;  // A pose that is known sooner does not swing by that.
-constexpr std::size_t kMostNamed = 3;              // Limits passed; a reason counts the others.
+constexpr double kStillSoft_s = 0.3;       // A stiffness that was lacking so lately still is.
+constexpr double kRests_s = 0.3;           // A finger that has not slid for so long sticks again.
+constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
+constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
+constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
 
 /// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
 std::size_t most_stride(const Scene& scene) {
@@ -42,12 +42,21 @@ std::string apart_in_words(const Scene& scene, const ControlReport& control) {
   return all;
 }
 
+bool is_late(const Scene& scene) {
+  return scene.control && (scene.control_delay_s > 0.0 || scene.control->feedback_delay_s > 0.0);
+}
+
+/// What came about where the grasp forces were to be found.
+std::string what_failed(const UnsolvedGrasp& unsolved) {
+  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
+  return fmt::format("{} at {:.3f} s", infeasible ? "no grasp forces exist" : "no grasp forces were found",
+                     unsolved.time_s);
+}
+
 /// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and
 /// what friction would do.
 std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
-  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
-  std::string message = fmt::format(
-      "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
+  std::string message = what_failed(unsolved) + ": ";
   const std::string apart = apart_in_words(scene, unsolved.control);
   if (!apart.empty()) return message + apart + "; object.position and hand.posture place them";
   const GraspProblem problem = grasp_problem(scene, unsolved.control);
@@ -134,6 +143,9 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
   phase_ = control.task.phase;
   if (control.task.fault != PhaseFault::kNone && !task_failed_)
     task_failed_ = Event{control.task.failed_s, in_words(model_.scene, control.task)};
+  if (!unsolved_grasp_ && is_late(model_.scene) && time_s < kMeasuredFrom_s && control.grasp == GraspStatus::kOptimal) {
+    solved_ = UnsolvedGrasp{time_s, control};
+  }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
@@ -260,13 +272,29 @@ void GraspMonitor::watch_swings(const TickRecord& tick) {
   const auto swing = swings_.add(tick.position_m - tick.target_m, tick.rotation_error_rad);
   if (!swing) return;
   // Something else may swing it: what pushes it, a hand that pulls it in the window.
-  if (!delays_) delays_ = pose_rate(model_) * loop_delay_s(model_.scene);
-  if (*delays_ < kLeastDelays) return;
+  if (loop_in_words().empty()) return;
   const std::string size = swing->turns ? fmt::format("{:.2g} degrees", kDegrees * swing->size)
                                         : fmt::format("{:.2g} mm", 1e3 * swing->size);
-  swinging_ = Event{tick.time_s, fmt::format("the object swung about its target, wider each time, by {} at {:.3f} s: K "
-                                             "T / b is {:.3g}, of pi/2 at most",
-                                             size, tick.time_s, *delays_)};
+  swinging_ = Event{tick.time_s, fmt::format("the object swung about its target, wider each time, by {} at {:.3f} s",
+                                             size, tick.time_s)};
+}
+
+/// Of a grip that builds up: whether its loop has run away from what the fingers bear.
+std::string GraspMonitor::grip_in_words() const {
+  const bool asked = solved_ && solved_->control.has_forces && unsolved_grasp_->time_s < kMeasuredFrom_s;
+  return asked ? runaway_in_words(model_, solved_->control, solved_->time_s) : "";
+}
+
+/// Of the phase that goes on.
+const std::string& GraspMonitor::loop_in_words() const {
+  const auto& phases = model_.scene.task.phases;
+  const bool has_own = phase_ >= 0 && phase_ < std::ssize(phases);
+  const int phase = has_own ? phase_ : -1;
+  if (!loop_ || loop_phase_ != phase) {
+    loop_ = model_.scene.control ? trouble_in_words(model_, loop_margin(model_, PoseLoop(model_), phase)) : "";
+    loop_phase_ = phase;
+  }
+  return *loop_;
 }
 
 void GraspMonitor::keep_forces(const TickRecord& tick) {
@@ -420,8 +448,13 @@ Verdict GraspMonitor::verdict() const {
   const std::string chatter = chatter_in_words();
   const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
   add(Outcome::kSolverFailed, contact_failure().value_or(""));
-  if (cause) add(Outcome::kSolverFailed, unsolved_->what);
-  // What is lost because it swung wider and wider is lost by that.
+  // A loop beyond its limit swings, chatters and asks for forces that no cones hold; what is lost by that is lost by it.
+  const bool lacks_forces = unsolved_grasp_ && unsolved_grasp_->time_s > 0.0 &&
+                            apart_in_words(model_.scene, unsolved_grasp_->control).empty();
+  if (swinging_ || !chatter.empty() || lacks_forces) add(Outcome::kUnstable, loop_in_words());
+  if (lacks_forces && found.empty()) add(Outcome::kUnstable, grip_in_words());
+  const bool loops = !found.empty() && found.back().first == Outcome::kUnstable;
+  if (cause) add(Outcome::kSolverFailed, loops && lacks_forces ? what_failed(*unsolved_grasp_) : unsolved_->what);
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
@@ -434,7 +467,9 @@ Verdict GraspMonitor::verdict() const {
   if (too_soft_ && (too_soft_->time_s >= kMeasuredFrom_s || chosen_s_ - too_soft_->time_s < kStillSoft_s)) {
     add(Outcome::kOverLimits, too_soft_->what);
   }
-  if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
+  if (unsolved_ && !cause) {
+    add(Outcome::kSolverFailed, loops && lacks_forces ? what_failed(*unsolved_grasp_) : unsolved_->what);
+  }
   add(Outcome::kUnknown, missed_);
   const bool done = phase_ >= 0 && phase_ == std::ssize(model_.scene.task.phases);
   if (found.empty() && done) verdict.outcome = Outcome::kTaskDone;

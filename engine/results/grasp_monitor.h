@@ -49,10 +49,10 @@ class GraspMonitor {
   /// For an archive (engine/loops/archive.h).
   template <typename Archive>
   void members(Archive& a) {
-    a(unsolved_grasp_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
+    a(unsolved_grasp_, solved_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
       rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, answer_, off_m_,
-      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, phase_, task_failed_, is_over_,
-      forces_, kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
+      off_rad_, swings_, swinging_, loop_, loop_phase_, joints_, too_soft_, chosen_s_, muscles_, phase_, task_failed_,
+      is_over_, forces_, kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
   }
 
  private:
@@ -96,6 +96,8 @@ class GraspMonitor {
   [[nodiscard]] double chatter(std::size_t stride) const;
   [[nodiscard]] std::optional<std::string> contact_failure() const;
   [[nodiscard]] std::string chatter_in_words() const;
+  [[nodiscard]] const std::string& loop_in_words() const;
+  [[nodiscard]] std::string grip_in_words() const;
   [[nodiscard]] std::string slips_in_words() const;
   [[nodiscard]] std::string rest_in_words() const;
   [[nodiscard]] bool answers_a_slip() const;
@@ -107,6 +109,7 @@ class GraspMonitor {
   const Model& model_;
   // Solves.
   std::optional<UnsolvedGrasp> unsolved_grasp_;
+  std::optional<UnsolvedGrasp> solved_;  ///< The last one that was solved, of a late loop while the grip builds up.
   std::optional<Event> unsolved_, not_finite_;
   std::int64_t ticks_with_contacts_ = 0, not_converged_ = 0;
   // The grip.
@@ -133,7 +136,8 @@ class GraspMonitor {
   Worst off_m_, off_rad_;
   Swings swings_;
   std::optional<Event> swinging_;
-  std::optional<double> delays_;  ///< K T / b of the pose's loop, once it is asked for.
+  mutable std::optional<std::string> loop_;  ///< trouble_in_words() of the pose's loop, once it is asked for,
+  mutable int loop_phase_ = -1;              ///< and the phase whose gains it has.
   // The hand.
   std::vector<Worst> joints_;
   /// A desired stiffness that could not be reached: the first since kMeasuredFrom_s, or the last one before.
