@@ -320,7 +320,7 @@ void PoseLoop::add_controller(const PoseGains& gains, SampledLoop& loop) const {
 }
 
 PoseMode PoseLoop::slowest(const PoseGains& gains, int delay_steps) const {
-  const SlowestPole found = slowest_pole(sampled(gains, delay_steps));
+  const SlowestPole found = slowest_pole(sampled(gains, delay_steps), 6);
   PoseMode mode;
   mode.pole = found.radius;
   const Eigen::Vector3cd turn = found.state.segment<3>(3);
