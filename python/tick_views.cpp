@@ -29,6 +29,8 @@ std::string_view shape_in_words(Of of) {
       return "(fingers,) ";
     case Of::kFingerAxis:
       return "(fingers, 3) ";
+    case Of::kBodyAxis:
+      return "(bodies, 3) ";
     case Of::kJoint:
       return "(joints,) ";
     case Of::kMuscle:
@@ -85,7 +87,7 @@ std::vector<py::ssize_t> shape_of(const TickField& field, std::size_t numbers) {
   const auto count = static_cast<py::ssize_t>(numbers);
   if (is_number(field.of) && numbers > 0) return {};
   if (field.of == Of::kPose) return {4, 4};
-  if (field.of == Of::kFingerAxis) return {count / 3, 3};
+  if (field.of == Of::kFingerAxis || field.of == Of::kBodyAxis) return {count / 3, 3};
   return {count};
 }
 

@@ -11,7 +11,7 @@ namespace thenar {
 
 /// Names of the owners of a state's numbers.
 struct SignalNames {
-  std::vector<std::string> fingers, joints, muscles;
+  std::vector<std::string> fingers, joints, muscles, bodies;
 };
 [[nodiscard]] SignalNames signal_names(const Model& model);
 /// Returns the names of a recording's scene. One that was made before 0.8 does not name its joints.

@@ -11,7 +11,6 @@
 
 #include "engine/control/pose_loop.h"
 #include "engine/finder/grasp_deficit.h"
-#include "engine/results/task_results.h"
 
 namespace thenar {
 
@@ -116,6 +115,7 @@ GraspMonitor::GraspMonitor(const Model& model)
       slid_s_(model.fingers()),
       joints_(model.scene.hand.joints.size()),
       muscles_(model.scene.hand.muscles.size()),
+      task_(model),
       forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
               2 * most_stride(model.scene)) {}
 
@@ -131,9 +131,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
           time_s, fmt::format("the problem of muscle forces for a stiffness found no answer at {:.3f} s", time_s)};
     }
   }
-  phase_ = control.task.phase;
-  if (control.task.fault != PhaseFault::kNone && !task_failed_)
-    task_failed_ = Event{control.task.failed_s, in_words(model_.scene, control.task)};
+  task_.add(control.task);
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
@@ -160,6 +158,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
 }
 
 void GraspMonitor::add(const TickRecord& tick) {
+  task_.add(tick);
   watch_solver(tick);
   // Fingers that come and go slip, chatter and hold nothing, as they should.
   if (tick.holds) {
@@ -232,9 +231,13 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
   }
   // What a spring carries, the hand cannot lose.
   if (loss_ || model_.scene.task.spring) return;
+  const auto why = [&] {
+    const std::string resists = task_.resistance();
+    return resists.empty() ? "" : " while " + resists;
+  };
   if (unloaded_s_ > kUnloaded_s) {
-    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s fewer than two fingers had carried load for {:.0f} ms",
-                                           tick.time_s, 1e3 * kUnloaded_s)};
+    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s fewer than two fingers had carried load for {:.0f} ms{}",
+                                           tick.time_s, 1e3 * kUnloaded_s, why())};
     return;
   }
   for (int k = 0; k < model_.fingers(); ++k) {
@@ -242,8 +245,8 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
     const auto& lost_m = model_.scene.task.lost_m;
     if (tick.slip_m[k] - (*slip_before_m_)[k] <= lost_m.value_or(tip.radius_m)) continue;
     loss_ = Event{tick.time_s,
-                  fmt::format("at {:.3f} s the {} had slid by more than {}, {:g} mm", tick.time_s, tip.finger,
-                              lost_m ? "task.lost" : "its pulp's radius", 1e3 * lost_m.value_or(tip.radius_m))};
+                  fmt::format("at {:.3f} s the {} had slid by more than {}, {:g} mm{}", tick.time_s, tip.finger,
+                              lost_m ? "task.lost" : "its pulp's radius", 1e3 * lost_m.value_or(tip.radius_m), why())};
     return;
   }
 }
@@ -379,15 +382,6 @@ std::string GraspMonitor::way_off_in_words() const {
   return all;
 }
 
-/// Of a task that has failed, or was not done when the time was over.
-std::string GraspMonitor::task_in_words() const {
-  if (task_failed_) return task_failed_->what;
-  const auto& phases = model_.scene.task.phases;
-  if (phase_ < 0 || phase_ >= std::ssize(phases) || !is_over_ || loss_) return "";
-  return fmt::format("its time was over at {:.3f} s in phase {}, {}", last_s_, phase_ + 1,
-                     to_string(phases[static_cast<std::size_t>(phase_)].kind));
-}
-
 std::vector<Excess> GraspMonitor::beyond() const {
   std::vector<Excess> all;
   for (std::size_t m = 0; m < muscles_.size(); ++m) {
@@ -425,7 +419,7 @@ Verdict GraspMonitor::verdict() const {
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
-  add(Outcome::kTaskFailed, task_in_words());
+  add(Outcome::kTaskFailed, task_.failure(is_over_ && !loss_));
   add(Outcome::kResting, rest_in_words());
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
@@ -436,8 +430,7 @@ Verdict GraspMonitor::verdict() const {
   }
   if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
   add(Outcome::kUnknown, missed_);
-  const bool done = phase_ >= 0 && phase_ == std::ssize(model_.scene.task.phases);
-  if (found.empty() && done) verdict.outcome = Outcome::kTaskDone;
+  if (found.empty() && task_.is_done()) verdict.outcome = Outcome::kTaskDone;
   if (found.empty()) return verdict;
   verdict.outcome = found.front().first;
   for (const auto& [outcome, what] : found) verdict.reason += (verdict.reason.empty() ? "" : "; ") + what;

@@ -9,6 +9,7 @@
 
 #include "engine/control/pose_loop.h"
 #include "engine/results/recording.h"
+#include "engine/results/task_watch.h"
 #include "engine/results/verdict.h"
 
 namespace thenar {
@@ -39,7 +40,7 @@ class GraspMonitor {
 
   [[nodiscard]] bool lost() const { return loss_.has_value(); }
   /// Returns true if the object is lost or a phase of the task has failed.
-  [[nodiscard]] bool has_ended() const { return loss_ || task_failed_; }
+  [[nodiscard]] bool has_ended() const { return loss_ || task_.has_failed(); }
   /// Returns the first grasp-force problem without a solution.
   [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
   /// Returns the chatter of the forces, see Verdict.
@@ -51,8 +52,8 @@ class GraspMonitor {
   void members(Archive& a) {
     a(unsolved_grasp_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
       rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, answer_, off_m_,
-      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, phase_, task_failed_, is_over_,
-      forces_, kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
+      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, task_, is_over_, forces_, kept_,
+      chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
   }
 
  private:
@@ -101,7 +102,6 @@ class GraspMonitor {
   [[nodiscard]] bool answers_a_slip() const;
   [[nodiscard]] std::string answer_in_words(int k) const;
   [[nodiscard]] std::string way_off_in_words() const;
-  [[nodiscard]] std::string task_in_words() const;
   [[nodiscard]] std::vector<Excess> beyond() const;
 
   const Model& model_;
@@ -140,9 +140,7 @@ class GraspMonitor {
   std::optional<Event> too_soft_;
   double chosen_s_ = 0.0;  ///< Time at which one was last chosen.
   std::vector<Worst> muscles_;
-  // The task's phases.
-  int phase_ = -1;
-  std::optional<Event> task_failed_;
+  TaskWatch task_;
   bool is_over_ = false;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;

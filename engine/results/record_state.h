@@ -37,8 +37,8 @@ void members(Archive& a, PatchReport& x) {
 
 template <typename Archive>
 void members(Archive& a, EnvironmentReport& x) {
-  auto& [contacts, active, penetration_m, wrench, normal_N, wedged] = x;
-  a(contacts, active, penetration_m, wrench, normal_N, wedged);
+  auto& [contacts, active, penetration_m, wrench, normal_N, body_N, wedged] = x;
+  a(contacts, active, penetration_m, wrench, normal_N, body_N, wedged);
 }
 
 template <typename Archive>

@@ -283,6 +283,17 @@ double last_touch_s(View v) {
   const auto last = std::find_if(ticks(v).rbegin(), ticks(v).rend(), touches);
   return last == ticks(v).rend() ? kNever : last->time_s;
 }
+/// Of the section's item, a body: its force on the object.
+double body_force_N(TickRef tick, std::size_t body) {
+  return tick.contact.environment.body_N.col(static_cast<Eigen::Index>(body)).norm();
+}
+/// The first tick with the largest force.
+const TickRecord* strongest_tick(View v) {
+  const auto now = [&](TickRef tick) { return body_force_N(tick, v.item); };
+  const auto most = std::ranges::max_element(ticks(v), {}, now);
+  return most != ticks(v).end() && now(*most) > 0.0 ? &*most : nullptr;
+}
+std::size_t told_bodies(View v) { return std::min<std::size_t>(kToldBodies, v.scene->environment->bodies.size()); }
 /// On the object, against the scene's gravity, in ticks that touch.
 template <auto Reduce>
 Value vertical(View v) {
@@ -651,6 +662,25 @@ constexpr RunMeasure kTouched[] = {
     {"max_penetration_um", kUm, all<largest, &EnvironmentReport::penetration_m>,
      "Largest deformation between object and body.", "deepest penetration"}};
 
+constexpr RunMeasure kBodies[] = {
+    {"name", kPlain, [](View v) -> Value { return v.scene->environment->bodies[v.item].name; }, "Name of a body.",
+     "body"},
+    {"ticks_with_contact", kPlain,
+     [](View v) -> Value {
+       return static_cast<double>(
+           std::ranges::count_if(ticks(v), [&](TickRef tick) { return body_force_N(tick, v.item) > 0.0; }));
+     },
+     "Ticks in which it bears force on the object.", "", "ticks with contact:"},
+    {"max_N", kN,
+     [](View v) -> Value {
+       const TickRecord* const most = strongest_tick(v);
+       return most != nullptr ? body_force_N(*most, v.item) : 0.0;
+     },
+     "Largest size of its force.", "", "largest force"},
+    {"max_at_s", kS, [](View v) -> Value { return time_of(strongest_tick(v)); }, "When that was.", "", "at"},
+    {"end_N", kN, [](View v) -> Value { return ticks(v).empty() ? kNever : body_force_N(*last_tick(v), v.item); },
+     "Size of its force at the end.", "", "at the end"}};
+
 constexpr RunMeasure kPhaseRows[] = {
     {"phase", kPlain, [](View v) -> Value { return to_string(kind(v)); }, "Name of a phase.", "phase"},
     {"from_s", kS, [](View v) -> Value { return phase_ticks(v).empty() ? kNever : phase_ticks(v).front().time_s; },
@@ -715,6 +745,7 @@ constexpr auto kSections =
                                    {"touch", Heading::kGrasp, &kTouch, kTouchMeasures},
                                    {"stiffness", Heading::kGrasp, &kStiffness, kChosenStiffness},
                                    {"environment", Heading::kEnvironment, &kEnvironment, kTouched},
+                                   {"environment.bodies", Heading::kEnvironment, &kEnvironment, kBodies, told_bodies},
                                    {"task.phases", Heading::kTask, &kTask, kPhaseRows, phases},
                                    {"task", Heading::kTask, &kTask, kWeight},
                                    {"reflex", Heading::kGrasp, &kReflex, kAnswers},

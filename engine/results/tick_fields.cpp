@@ -139,6 +139,13 @@ void put_displacement(const TickView& view, Numbers& to) {
     }
   }
 }
+void body_forces(const TickView& view, Numbers& to) {
+  const auto told = std::min<Index>(kToldBodies, std::ssize(view.model.scene.environment->bodies));
+  const Eigen::Matrix3Xd forces_N = view.environment != nullptr
+                                        ? view.environment->force_N
+                                        : Eigen::Matrix3Xd(view.tick.contact.environment.body_N.leftCols(told));
+  to.insert(to.end(), forces_N.data(), forces_N.data() + forces_N.size());
+}
 template <int kFirst>
 void environment_wrench(const TickView& view, Numbers& to) {
   for (int i = kFirst; i < kFirst + 3; ++i) to.push_back(view.tick.contact.environment.wrench[i]);
@@ -505,11 +512,15 @@ constexpr auto kFields = std::to_array<TickField>({
      .compute = body_poses},
     {.name = "bodies_N",
      .unit = "N",
-     .of = Of::kList,
-     .sentence = "Force of each body on the object, world axes.",
+     .of = Of::kBodyAxis,
+     .shown = "environment_force",
+     .shown_unit = "N",
+     .sentence =
+         "Force of each body of the environment on the object, world axes; in messages of all bodies, elsewhere "
+         "of the first 16.",
      .scenes = &kWithEnvironment,
-     .from = From::kPicture,
-     .at = of_around<&ShownEnvironment::force_N>},
+     .block = Block::kAround,
+     .compute = body_forces},
     {.name = "bodies_m",
      .unit = "m",
      .of = Of::kList,

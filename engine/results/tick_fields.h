@@ -28,6 +28,7 @@ enum class Of : std::uint8_t {
   kPose,        ///< Position, then rotation by rows: 12 numbers; in Python a matrix of 4 x 4.
   kFinger,      ///< One a finger.
   kFingerAxis,  ///< Three a finger.
+  kBodyAxis,    ///< Three a body of the environment.
   kJoint,
   kMuscle,
   kPercentile,  ///< p50, p99, p99.9.
