@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/cases/random_tasks.h"
 #include "tests/physics/task_runs.h"
 #include "tests/support/scenes.h"
 
@@ -127,6 +128,25 @@ TEST(TaskTruth, AGoalIsMetOrMissed) {
   EXPECT_THAT(missed.words(),
               ContainsRegex("task failed: at 5.000 s the object is (2.9|3.0|3.1) mm from its goal's "
                             "position, of 2 mm at most and 11.[45] degrees from its goal's rotation, of 5"));
+}
+
+// Random variations, judged by an independent look at the last second's poses: what is called done is done, and what is
+// not has a reason. The report has more of them.
+TEST(TaskTruth, WhatIsCalledDoneIsDone) {
+  for (const std::uint32_t seed : {1000U, 1001U, 1002U, 1003U, 1004U, 1005U}) {
+    const RandomTask task = random_task(seed);
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << task.name << ": " << task.variation);
+    const Recording recording = run_task(task);
+    const TaskLook look = look_at_end(task, recording);
+    if (recording.verdict.outcome == Outcome::kTaskDone) {
+      EXPECT_TRUE(look.is_done()) << look.off_m;
+    } else {
+      EXPECT_FALSE(recording.verdict.reason.empty());
+    }
+    if (task.is_possible) {
+      EXPECT_EQ(recording.verdict.outcome, Outcome::kTaskDone) << in_words(recording.verdict);
+    }
+  }
 }
 
 // What cannot be seen of a turn does not count.
