@@ -29,13 +29,13 @@ void LiveVerdict::renew_monitor(double shift_s) {
   monitor_.emplace(model_);
 }
 
-void LiveVerdict::add(TickRecord& tick, const ControlSample& control) {
+void LiveVerdict::add(TickRecord& tick, const Snapshot& after, const ControlSample& control) {
   sums_.add(tick);
   if (tick.contact.handed_over) {
     monitor_->add(tick.time_s - model_.scene.step_s, control.step.control, control.muscle_forces_N);
   }
   warnings_->add(tick);
-  monitor_->add(tick);
+  monitor_->add(tick, after.pull_N);
   const bool watched = tick.time_s - watch_from_s_ > (is_fine(judged_.outcome) ? kWatch_s : kWatchFailed_s);
   if (!watched && !monitor_->lost() && tick.time_s - judged_s_ < kJudge_s) return;
   judged_s_ = tick.time_s;

@@ -27,7 +27,7 @@ class LiveVerdict {
   void renew_monitor(double shift_s);
 
   /// Adds a tick with the control tick of its frame; writes the sums so far into it.
-  void add(TickRecord& tick, const ControlSample& control);
+  void add(TickRecord& tick, const Snapshot& after, const ControlSample& control);
   /// Sets the number of lost records of ticks, of all runs together.
   void miss(std::int64_t lost);
 

@@ -22,6 +22,13 @@ struct TickInput {
   std::optional<Eigen::Isometry3d> X_WT;  ///< Target of the object at this tick; nothing: the task's.
 };
 
+/// Muscles whose fibres are strained beyond the range of their stiffness, for a scene whose muscles have stiffness.
+struct YieldedFibres {
+  std::uint64_t muscles = 0;  ///< A bit for each of them.
+  int most = -1;              ///< The most strained one; -1: none.
+  double strain = 0.0;        ///< Its strain; negative: shortened.
+};
+
 /// Result of one contact tick, returned by value.
 struct TickReport {
   TickReport() = default;
@@ -49,6 +56,7 @@ struct TickReport {
   PerFinger<SmallPatch> small;   ///< Small patches of loaded fingers.
   PerFinger<PatchReport> patch;
   EnvironmentReport environment;  ///< Report for a scene with an environment.
+  YieldedFibres yielded;          ///< Fibres at the end of the tick.
   JointVector stop_Nm;            ///< Torques of the stops at the ends of the joints' ranges: see JointStops.
   double assemble_s = 0.0;        ///< Time of hand-over, drive, gaps and Jacobians: the parts of W.
   double solve_s = 0.0;           ///< Time of free motion, Gauss-Seidel and commit.

@@ -16,6 +16,7 @@
 #include "engine/environment/environment.h"
 #include "engine/grasp/pulp.h"
 #include "engine/hand/hand.h"
+#include "engine/hand/muscles.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
@@ -116,6 +117,7 @@ struct ObjectStiffness {
 struct MuscleSettings {
   std::optional<Activation> activation;             ///< Nothing: forces act at once.
   std::optional<double> short_range;                ///< gamma of k = gamma f / L; nothing: lengths change no force.
+  double short_range_strain = kShortRangeStrain;    ///< Strain of the fibres up to which this holds.
   std::optional<ObjectStiffness> object_stiffness;  ///< Nothing: least forces. Only for muscles with stiffness.
   std::optional<double> frozen_from_s;              ///< Start of constant excitations; nothing: never.
 

@@ -73,8 +73,8 @@ void members(Archive& a, ArmOrder& x) {
 
 template <typename Archive>
 void members(Archive& a, Snapshot& x) {
-  auto& [tick, q, X_WO, load, muscle_N, touch, contact_forces, arm, X_WT, held] = x;
-  a(tick, q, X_WO, load, muscle_N, touch, contact_forces, arm, X_WT, held);
+  auto& [tick, q, X_WO, load, muscle_N, pull_N, touch, contact_forces, arm, X_WT, held] = x;
+  a(tick, q, X_WO, load, muscle_N, pull_N, touch, contact_forces, arm, X_WT, held);
 }
 
 template <typename Archive>

@@ -20,7 +20,11 @@ constexpr std::array<std::array<std::string_view, 2>, 4> kOldNames = {{{"force_n
                                                                        {"desired_n_N", "desired_normal_N"},
                                                                        {"desired_t_N", "desired_tangential_N"}}};
 
+constexpr TickField kUnstretchedForces{
+    .name = kUnstretched, .unit = "N", .of = Of::kMuscle, .shown = "unstretched", .shown_unit = "N"};
+
 const TickField* field_of(std::string_view name) {
+  if (name == kUnstretched) return &kUnstretchedForces;
   const auto* const old = std::ranges::find(kOldNames, name, [](const auto& names) { return names[0]; });
   return tick_field(old == kOldNames.end() ? name : (*old)[1]);
 }

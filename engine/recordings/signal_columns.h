@@ -24,6 +24,10 @@ struct SignalColumn {
   double factor = 1.0;     ///< Factor by which the number is multiplied.
 };
 
+/// Name of the field `muscles_N` of recordings before version 3 whose muscles had stiffness, as it is read: it lacked
+/// what the stretch adds.
+inline constexpr const char* kUnstretched = "muscles_unstretched_N";
+
 /// Returns true if the numbers of a field have names; those of shapes have none.
 [[nodiscard]] bool is_signal(const Field& field);
 

@@ -115,6 +115,7 @@ GraspMonitor::GraspMonitor(const Model& model)
       slid_s_(model.fingers()),
       joints_(model.scene.hand.joints.size()),
       muscles_(model.scene.hand.muscles.size()),
+      pulls_(model.scene.muscles_act() ? model.scene.hand.muscles.size() : 0),
       task_(model),
       forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
               2 * most_stride(model.scene)) {}
@@ -157,7 +158,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
   }
 }
 
-void GraspMonitor::add(const TickRecord& tick) {
+void GraspMonitor::add(const TickRecord& tick, const MuscleVector& pull_N) {
   task_.add(tick);
   watch_solver(tick);
   // Fingers that come and go slip, chatter and hold nothing, as they should.
@@ -178,6 +179,10 @@ void GraspMonitor::add(const TickRecord& tick) {
     const Joint& joint = model_.scene.hand.joints[i];
     const double q = tick.q_rad[static_cast<Eigen::Index>(i)];
     joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q) - kStopsWithin_rad, q);
+  }
+  for (std::size_t m = 0; m < pulls_.size() && pull_N.size() > 0; ++m) {
+    const double now_N = pull_N[static_cast<Eigen::Index>(m)];
+    pulls_[m].add(tick.time_s, now_N - (1.0 + kPullsOver) * model_.scene.hand.muscles[m].max_force_N, now_N);
   }
   last_s_ = tick.time_s;
   if (unsolved_ || not_finite_ || loss_ || swinging_ || idle_finger_ ||
@@ -386,15 +391,18 @@ std::vector<Excess> GraspMonitor::beyond() const {
   std::vector<Excess> all;
   for (std::size_t m = 0; m < muscles_.size(); ++m) {
     const Muscle& muscle = model_.scene.hand.muscles[m];
-    const Worst& worst = muscles_[m];
-    if (worst.first_s) all.push_back({muscle.name, true, muscle.max_force_N, worst.value, worst.at_s, *worst.first_s});
+    for (const Worst* worst : {&muscles_[m], m < pulls_.size() ? &pulls_[m] : nullptr}) {
+      if (worst == nullptr || !worst->first_s) continue;
+      all.push_back(
+          {muscle.name, true, worst != &muscles_[m], muscle.max_force_N, worst->value, worst->at_s, *worst->first_s});
+    }
   }
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
     const Worst& worst = joints_[i];
     if (!worst.first_s) continue;
     const double limit = worst.value > joint.upper_rad ? joint.upper_rad : joint.lower_rad;
-    all.push_back({joint.name, false, limit, worst.value, worst.at_s, *worst.first_s});
+    all.push_back({joint.name, false, false, limit, worst.value, worst.at_s, *worst.first_s});
   }
   return all;
 }

@@ -29,10 +29,12 @@ class GraspMonitor {
  public:
   explicit GraspMonitor(const Model& model);
 
-  /// Adds a control tick on a snapshot at `time_s`. `muscle_forces_N` are not read in a scene without muscles.
+  /// Adds a control tick on a snapshot at `time_s`. `muscle_forces_N`, what it asks for, are not read in a scene without
+  /// muscles.
   void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N);
-  /// Adds a contact tick, with the sums of RunSums.
-  void add(const TickRecord& tick);
+  /// Adds a contact tick, with the sums of RunSums. `pull_N`: Snapshot::pull_N after it; read in a scene whose muscles
+  /// act on the contact side.
+  void add(const TickRecord& tick, const MuscleVector& pull_N = {});
   /// Marks the end of the run, when a task should be done.
   void end() { is_over_ = true; }
   /// Notes that records were lost, as `what` says.
@@ -52,8 +54,8 @@ class GraspMonitor {
   void members(Archive& a) {
     a(unsolved_grasp_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
       rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, answer_, off_m_,
-      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, task_, is_over_, forces_, kept_,
-      chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
+      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, pulls_, task_, is_over_, forces_,
+      kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
   }
 
  private:
@@ -138,8 +140,9 @@ class GraspMonitor {
   std::vector<Worst> joints_;
   /// A desired stiffness that could not be reached: the first since kMeasuredFrom_s, or the last one before.
   std::optional<Event> too_soft_;
-  double chosen_s_ = 0.0;  ///< Time at which one was last chosen.
-  std::vector<Worst> muscles_;
+  double chosen_s_ = 0.0;       ///< Time at which one was last chosen.
+  std::vector<Worst> muscles_;  ///< Forces asked for.
+  std::vector<Worst> pulls_;    ///< Forces that acted.
   TaskWatch task_;
   bool is_over_ = false;
   // Forces of the last ticks, as far back as chatter looks: a ring.

@@ -42,11 +42,17 @@ void members(Archive& a, EnvironmentReport& x) {
 }
 
 template <typename Archive>
+void members(Archive& a, YieldedFibres& x) {
+  auto& [muscles, most, strain] = x;
+  a(muscles, most, strain);
+}
+
+template <typename Archive>
 void members(Archive& a, TickReport& x) {
   auto& [solve, sequence, frame_age, handed_over, held, input_refused, ledger, contacts, active, penetration_m,
-         left_out_m, injected_J, small, patch, environment, stop_Nm, assemble_s, solve_s, deform_s] = x;
+         left_out_m, injected_J, small, patch, environment, yielded, stop_Nm, assemble_s, solve_s, deform_s] = x;
   a(solve, sequence, frame_age, handed_over, held, input_refused, ledger, contacts, active, penetration_m, left_out_m,
-    injected_J, small, patch, environment, stop_Nm, assemble_s, solve_s, deform_s);
+    injected_J, small, patch, environment, yielded, stop_Nm, assemble_s, solve_s, deform_s);
 }
 
 template <typename Archive>

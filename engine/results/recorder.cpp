@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace thenar {
@@ -123,6 +124,18 @@ TickRecord tick_record(const Model& model, const Tick& tick, RunSums& sums) {
   return record;
 }
 
+namespace {
+
+/// Writes column `now`, with room for more: a run may be longer than its scene.
+template <typename Numbers>
+void put(const Numbers& numbers, Eigen::Index now, Eigen::MatrixXd& all) {
+  if (all.rows() == 0) return;
+  if (now == all.cols()) all.conservativeResize(Eigen::NoChange, std::max<Eigen::Index>(16, 2 * now));
+  all.col(now) = numbers;
+}
+
+}  // namespace
+
 Recorder::Recorder(const Model& model)
     : model_(model),
       planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
@@ -132,6 +145,7 @@ void Recorder::make_room() {
   recording_.ticks.reserve(planned_);
   const auto muscles = std::ssize(model_.scene.hand.muscles);
   recording_.muscle_forces_N.resize(model_.scene.has_muscles() ? muscles : 0, planned_);
+  recording_.muscles_asked_N.resize(model_.scene.muscles_act() ? muscles : 0, planned_);
 }
 
 bool Recorder::see_control(const ControlTick& tick) {
@@ -141,14 +155,10 @@ bool Recorder::see_control(const ControlTick& tick) {
 
 bool Recorder::see_tick(const Tick& tick) {
   if (recording_.ticks.empty()) make_room();
-  if (model_.scene.has_muscles()) {
-    Eigen::MatrixXd& all = recording_.muscle_forces_N;
-    const auto now = std::ssize(recording_.ticks);
-    // A run may be longer than its scene.
-    if (now == all.cols()) all.conservativeResize(Eigen::NoChange, std::max<Eigen::Index>(16, 2 * now));
-    all.col(now) = tick.muscle_forces_N;
-  }
-  monitor_.add(recording_.ticks.emplace_back(tick_record(model_, tick, sums_)));
+  const auto now = std::ssize(recording_.ticks);
+  put(tick.after.pull_N, now, recording_.muscle_forces_N);
+  put(tick.muscle_forces_N, now, recording_.muscles_asked_N);
+  monitor_.add(recording_.ticks.emplace_back(tick_record(model_, tick, sums_)), tick.after.pull_N);
   return !(monitor_.has_ended() && model_.scene.control);
 }
 
@@ -161,6 +171,7 @@ Recording Recorder::finish(const Snapshot& state, const ControlReport& control, 
   recording_.unsolved = monitor_.unsolved();
   if (ticks == 0) make_room();
   recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
+  recording_.muscles_asked_N.conservativeResize(Eigen::NoChange, ticks);
   if (control.has_forces && ticks > 0) {
     HandPose pose;
     forward_kinematics(model_.scene.hand, state.q, pose);

@@ -100,7 +100,8 @@ struct UnsolvedGrasp {
 /// A run, tick by tick.
 struct Recording {
   std::vector<TickRecord> ticks;
-  Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
+  Eigen::MatrixXd muscle_forces_N;  ///< Forces with which muscles pulled: muscles x ticks; no rows without muscles.
+  Eigen::MatrixXd muscles_asked_N;  ///< Forces asked for; no rows unless muscles act on the contact side.
   Verdict verdict;
   std::optional<UnsolvedGrasp> unsolved;            ///< The first one.
   bool stopped = false;                             ///< The run ended before its time.

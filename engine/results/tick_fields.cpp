@@ -26,6 +26,8 @@ constexpr Scenes kChoose{[](const Model& model) { return model.scene.chooses_sti
 constexpr Scenes kWithEnvironment{[](const Model& model) { return model.scene.environment.has_value(); },
                                   "of scenes with an environment"};
 constexpr Scenes kPhases{has_phases, "of scenes with a task in phases"};
+constexpr Scenes kActing{[](const Model& model) { return model.scene.muscles_act(); },
+                         "of scenes whose muscles have activation or stiffness"};
 constexpr Scenes kTurn{turns, "of hands with joints that turn"};
 constexpr Scenes kSlide{slides, "of fingertips on slides"};
 
@@ -604,10 +606,23 @@ constexpr auto kFields = std::to_array<TickField>({
      .unit = "N",
      .of = Of::kMuscle,
      .shown_unit = "N",
-     .sentence = "Muscle forces: in messages those that act, elsewhere those asked for.",
+     .sentence =
+         "Forces with which the muscles pulled: by their activation, and by their stretch at the tick's end. Of "
+         "one that pulls several fingers, the sum.",
      .block = Block::kMuscles,
      .at = [](const TickView& v) -> Place {
        return {v.muscle_N.data(), std::ssize(v.muscle_N)};
+     }},
+    {.name = "muscles_asked_N",
+     .unit = "N",
+     .of = Of::kMuscle,
+     .shown = "asked",
+     .shown_unit = "N",
+     .sentence = "Muscle forces that were asked for.",
+     .scenes = &kActing,
+     .block = Block::kMuscles,
+     .at = [](const TickView& v) -> Place {
+       return {v.asked_N.data(), std::ssize(v.asked_N)};
      }},
     {.name = "pull_anchor_m",
      .unit = "m",
@@ -915,9 +930,10 @@ constexpr auto kFields = std::to_array<TickField>({
 
 }  // namespace
 
-TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N) {
+TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N,
+                 std::span<const double> asked_N) {
   const auto number = static_cast<std::int64_t>(std::llround(tick.time_s / model.scene.step_s));
-  return {model, tick, number, tick.q_rad, tick.X_WO, tick.load, muscle_N};
+  return {model, tick, number, tick.q_rad, tick.X_WO, tick.load, muscle_N, asked_N};
 }
 
 std::span<const TickField> tick_fields() { return kFields; }

@@ -1,6 +1,7 @@
 #include "engine/results/warnings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,12 +9,14 @@
 
 #include "engine/control/control.h"
 #include "engine/control/pose_loop.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/small_contacts.h"
 #include "engine/grasp/state.h"
 #include "engine/hand/hand.h"
 #include "engine/pulps/pressed_pulp.h"
 #include "engine/pulps/pulp_levels.h"
+#include "engine/results/grasp_monitor.h"
 
 namespace thenar {
 
@@ -91,6 +94,18 @@ std::string reach_warning(const Model& model) {
   return all.empty() ? all : all + " at the start: the grasp needs all fingers";
 }
 
+/// Says which fibres have yielded, by how much, and when.
+std::string fibre_warning(const Scene& scene, const YieldedFibres& worst, std::uint64_t all, double since_s,
+                          double worst_s) {
+  const std::vector<std::string> names = muscle_names(scene.hand, all);
+  return fmt::format(
+      "the fibres of {} were {} by {:.2g} % of their length at {:.3f} s, beyond the {:g} % within which their "
+      "short-range stiffness holds; from {:.3f} s on {} yield: {}",
+      scene.hand.muscles[static_cast<std::size_t>(worst.most)].name, worst.strain > 0.0 ? "stretched" : "shortened",
+      100.0 * std::abs(worst.strain), worst_s, 100.0 * scene.control->muscles->short_range_strain, since_s,
+      names.size() == 1 ? "these" : counted(std::ssize(names), "muscle"), fmt::join(names, ", "));
+}
+
 /// What fingers will press that is too small for their pulps, where they are nearest to the object at the start.
 std::string small_warning(const Model& model) {
   const State start(model);
@@ -149,6 +164,11 @@ void Warnings::add(const TickRecord& tick) {
     if (small.narrow > kNoticedSmall && normal_N > kNoticed_N) narrow_[k].add(tick.time_s, small.narrow);
     if (small.overhang > kNoticedSmall) swallowed_[k].add(tick.time_s, small.overhang);
   }
+  if (const YieldedFibres& yielded = tick.contact.yielded; yielded.muscles != 0) {
+    yield_ |= yielded.muscles;
+    yielded_.add(tick.time_s, std::abs(yielded.strain));
+    if (yielded_.worst_s == tick.time_s) worst_ = yielded;
+  }
   for (Eigen::Index j = 0; j < tick.contact.stop_Nm.size(); ++j) {
     const double stop_Nm = tick.contact.stop_Nm[j];
     if (stop_Nm > kNoticed_Nm) stopped_[j].lower.add(tick.time_s, stop_Nm);
@@ -201,6 +221,9 @@ std::vector<std::string> Warnings::sentences() const {
         "cause "
         "this",
         1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s));
+  }
+  if (yielded_.ticks > 0) {
+    all.push_back(fibre_warning(model_.scene, worst_, yield_, yielded_.since_s, yielded_.worst_s));
   }
   for (std::size_t j = 0; j < stopped_.size(); ++j) {
     const Joint& joint = model_.scene.hand.joints[j];

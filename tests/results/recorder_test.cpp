@@ -41,12 +41,12 @@ TEST(Recorder, ComparesWithTheTargetThatTheCallerWants) {
 TEST(Recorder, KeepsWhatComesAfterTheScenesEnd) {
   const Model model = build_model(scene_of("box_grasp", {"time.duration=5 ms"}));
   Recorder recorder(model);
-  const Snapshot state = State(model);
+  Snapshot state = State(model);
   const TickReport contact(model.scene.hand);
   const ControlReport control(model.scene.hand);
-  Eigen::VectorXd muscle_forces_N(std::ssize(model.scene.hand.muscles));
+  const Eigen::VectorXd muscle_forces_N = Eigen::VectorXd::Zero(std::ssize(model.scene.hand.muscles));
   for (int i = 1; i <= 23; ++i) {
-    muscle_forces_N.setConstant(i);
+    state.pull_N.setConstant(i);
     EXPECT_TRUE(recorder.see_tick({state, contact, control, muscle_forces_N}));
   }
   const Recording recording = recorder.finish(state, control, 0.0);

@@ -55,10 +55,13 @@ TEST(TickFields, AreAllInTheTableOfSignals) {
     EXPECT_EQ(std::set(table.names.begin(), table.names.end()).size(), table.names.size());
     ASSERT_FALSE(run.ticks.empty());
     const auto last = std::ssize(run.ticks) - 1;
-    std::vector<double> muscle_N(run.muscle_forces_N.rows());
-    for (std::size_t m = 0; m < muscle_N.size(); ++m)
-      muscle_N[m] = run.muscle_forces_N(static_cast<Eigen::Index>(m), last);
-    const TickView view = view_of(model, run.ticks.back(), muscle_N);
+    const auto in_last = [&](const Eigen::MatrixXd& all) {
+      std::vector<double> numbers;
+      for (Eigen::Index m = 0; m < all.rows(); ++m) numbers.push_back(all(m, last));
+      return numbers;
+    };
+    const std::vector<double> muscle_N = in_last(run.muscle_forces_N), asked_N = in_last(run.muscles_asked_N);
+    const TickView view = view_of(model, run.ticks.back(), muscle_N, asked_N);
     std::size_t all = 0;
     for (const TickField& field : tick_fields()) {
       if (!field.is_in_signals() || !field.is_in(model)) continue;
