@@ -113,6 +113,7 @@ GraspMonitor::GraspMonitor(const Model& model)
       slip_m_(model.fingers()),
       slips_since_s_(model.fingers()),
       slid_s_(model.fingers()),
+      walks_(model.fingers()),
       joints_(model.scene.hand.joints.size()),
       muscles_(model.scene.hand.muscles.size()),
       pulls_(model.scene.muscles_act() ? model.scene.hand.muscles.size() : 0),
@@ -121,6 +122,7 @@ GraspMonitor::GraspMonitor(const Model& model)
               2 * most_stride(model.scene)) {}
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+  if (is_closed_) return;
   if (const StiffnessReport& found = control.stiffness; found.is_chosen) {
     chosen_s_ = time_s;
     if (found.is_infeasible && !(too_soft_ && too_soft_->time_s >= kMeasuredFrom_s)) {
@@ -159,12 +161,14 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
 }
 
 void GraspMonitor::add(const TickRecord& tick, const MuscleVector& pull_N) {
+  if (is_closed_) return;
   task_.add(tick);
   watch_solver(tick);
   // Fingers that come and go slip, chatter and hold nothing, as they should.
   if (tick.holds) {
     keep_forces(tick);
     watch_slip(tick);
+    watch_walk(tick);
     watch_grip(tick);
     watch_target(tick);
     watch_swings(tick);
@@ -172,6 +176,7 @@ void GraspMonitor::add(const TickRecord& tick, const MuscleVector& pull_N) {
     chatter_held_ = force_chatter();
     kept_ = 0;
     slip_before_m_ = tick.slip_m;
+    walk_before_ = Walk{tick.walk_m, tick.turn_rad};
     rests_since_s_.reset();
     unloaded_s_ = 0.0;
   }
@@ -186,9 +191,11 @@ void GraspMonitor::add(const TickRecord& tick, const MuscleVector& pull_N) {
   }
   last_s_ = tick.time_s;
   if (unsolved_ || not_finite_ || loss_ || swinging_ || idle_finger_ ||
-      std::ranges::any_of(slips_since_s_, [](const auto& since_s) { return since_s.has_value(); })) {
+      std::ranges::any_of(slips_since_s_, [](const auto& since_s) { return since_s.has_value(); }) ||
+      std::ranges::any_of(walks_, [](const Walked& walked) { return walked.since_s.has_value(); })) {
     note_trouble();
   }
+  is_closed_ = has_ended() && model_.scene.control;
 }
 
 void GraspMonitor::watch_solver(const TickRecord& tick) {
@@ -216,6 +223,21 @@ void GraspMonitor::watch_slip(const TickRecord& tick) {
       slid_s_[k] = tick.time_s;
     }
     if (!slips_since_s_[k] && slip_m_[k] > kSlipping_m) slips_since_s_[k] = tick.time_s;
+  }
+}
+
+/// A patch that turns and slides in turns, part by part, gets on though it never slides as a whole. A scene that names
+/// how far is lost lets it.
+void GraspMonitor::watch_walk(const TickRecord& tick) {
+  if (!walk_before_) walk_before_ = Walk{tick.walk_m, tick.turn_rad};
+  if (model_.scene.task.lost_m) return;
+  for (int k = 0; k < model_.fingers(); ++k) {
+    Walked& walked = walks_[k];
+    const double way_m = (tick.walk_m[k] - walk_before_->walk_m[k]).norm();
+    if (!(way_m > std::max(kWalking_m, walked.way_m))) continue;
+    if (!walked.since_s) walked.since_s = tick.time_s;
+    walked.way_m = way_m;
+    walked.turn_rad = std::abs(tick.turn_rad[k] - walk_before_->turn_rad[k]);
   }
 }
 
@@ -342,6 +364,13 @@ std::string GraspMonitor::slips_in_words() const {
     all += fmt::format("{}the {} slipped {:.2f} mm from {:.3f} s on", all.empty() ? "" : ", ",
                        model_.scene.hand.fingertips[k].finger, 1e3 * slip_m_[k], *slips_since_s_[k]);
     if (model_.scene.control && model_.scene.control->reflex) all += answer_in_words(k);
+  }
+  for (int k = 0; k < model_.fingers(); ++k) {
+    const Walked& walked = walks_[k];
+    if (!walked.since_s || slips_since_s_[k]) continue;
+    all += fmt::format("{}the {}'s patch walked {:.2f} mm net and turned by {:.0f} degrees, in turns, from {:.3f} s on",
+                       all.empty() ? "" : ", ", model_.scene.hand.fingertips[k].finger, 1e3 * walked.way_m,
+                       kDegrees * walked.turn_rad, *walked.since_s);
   }
   if (idle_finger_) all += (all.empty() ? "" : ", ") + idle_finger_->what;
   return all;

@@ -24,7 +24,8 @@ namespace thenar {
 ///
 /// It takes each control tick and each contact tick once, in the order of their times, and memory only where something
 /// goes wrong for the first time. The verdict is on what it has been given so far; it may begin in the middle of a run,
-/// and then counts slip from there on.
+/// and then counts slip from there on. Once a controller has lost its object, or failed in its task, all is said: a run
+/// that goes on keeps the verdict of one that ends there.
 class GraspMonitor {
  public:
   explicit GraspMonitor(const Model& model);
@@ -43,6 +44,8 @@ class GraspMonitor {
   [[nodiscard]] bool lost() const { return loss_.has_value(); }
   /// Returns true if the object is lost or a phase of the task has failed.
   [[nodiscard]] bool has_ended() const { return loss_ || task_.has_failed(); }
+  /// Returns true if that ended the run, and no further tick counts.
+  [[nodiscard]] bool is_closed() const { return is_closed_; }
   /// Returns the first grasp-force problem without a solution.
   [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
   /// Returns the chatter of the forces, see Verdict.
@@ -53,9 +56,9 @@ class GraspMonitor {
   template <typename Archive>
   void members(Archive& a) {
     a(unsolved_grasp_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
-      rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, answer_, off_m_,
-      off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, pulls_, task_, is_over_, forces_,
-      kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
+      rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, walk_before_,
+      walks_, answer_, off_m_, off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, pulls_,
+      task_, is_over_, is_closed_, forces_, kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
   }
 
  private:
@@ -92,6 +95,7 @@ class GraspMonitor {
   void watch_solver(const TickRecord& tick);
   void watch_grip(const TickRecord& tick);
   void watch_slip(const TickRecord& tick);
+  void watch_walk(const TickRecord& tick);
   void watch_target(const TickRecord& tick);
   void watch_swings(const TickRecord& tick);
   void keep_forces(const TickRecord& tick);
@@ -120,6 +124,28 @@ class GraspMonitor {
   PerFinger<double> slip_m_;                        ///< Slip of patches that slid as a whole, from kMeasuredFrom_s on.
   PerFinger<std::optional<double>> slips_since_s_;
   PerFinger<double> slid_s_;  ///< Time at which a patch last slid as a whole.
+  /// Net way and turn of a patch.
+  struct Walk {
+    PerFinger<Eigen::Vector3d> walk_m;
+    PerFinger<double> turn_rad;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(walk_m, turn_rad);
+    }
+  };
+  /// The farthest that a patch has walked, once that is too far.
+  struct Walked {
+    std::optional<double> since_s;
+    double way_m = 0.0, turn_rad = 0.0;
+
+    template <typename Archive>
+    void members(Archive& a) {
+      a(since_s, way_m, turn_rad);
+    }
+  };
+  std::optional<Walk> walk_before_;  ///< The sums when this watch began.
+  PerFinger<Walked> walks_;
   /// The answer of the grip to a slip, and the fingers' slip by then.
   struct Answer {
     double time_s = 0.0;
@@ -144,7 +170,7 @@ class GraspMonitor {
   std::vector<Worst> muscles_;  ///< Forces asked for.
   std::vector<Worst> pulls_;    ///< Forces that acted.
   TaskWatch task_;
-  bool is_over_ = false;
+  bool is_over_ = false, is_closed_ = false;
   // Forces of the last ticks, as far back as chatter looks: a ring.
   std::vector<Forces> forces_;
   std::size_t kept_ = 0;

@@ -93,14 +93,20 @@ std::string interruption(double time_s) { return fmt::format("the run was interr
 void RunSums::add(TickRecord& tick) {
   const int fingers = static_cast<int>(tick.contact.patch.size());
   if (slip_m_.size() != tick.contact.patch.size()) {
-    slip_m_ = spin_rad_ = start_slip_m_ = start_spin_rad_ = PerFinger<double>(fingers);
+    slip_m_ = spin_rad_ = start_slip_m_ = start_spin_rad_ = turn_rad_ = PerFinger<double>(fingers);
+    walk_m_ = PerFinger<Vector3d>(fingers, Vector3d::Zero());
   }
   for (int k = 0; k < fingers; ++k) {
-    slip_m_[k] += tick.contact.patch[k].slip_m;
-    spin_rad_[k] += tick.contact.patch[k].spin_rad;
-    if (tick.is_measured()) continue;
-    start_slip_m_[k] = slip_m_[k];
-    start_spin_rad_[k] = spin_rad_[k];
+    const PatchReport& patch = tick.contact.patch[k];
+    slip_m_[k] += patch.slip_m;
+    spin_rad_[k] += std::abs(patch.spin_rad);
+    if (tick.is_measured()) {
+      walk_m_[k] += tick.X_WO.linear().transpose() * patch.slip_W;
+      turn_rad_[k] += patch.spin_rad;
+    } else {
+      start_slip_m_[k] = slip_m_[k];
+      start_spin_rad_[k] = spin_rad_[k];
+    }
   }
   ledger_.add(tick.contact.ledger);
   // All ticks of a frame have the report of its control tick.
@@ -112,6 +118,8 @@ void RunSums::add(TickRecord& tick) {
   tick.spin_rad = spin_rad_;
   tick.start_slip_m = start_slip_m_;
   tick.start_spin_rad = start_spin_rad_;
+  tick.walk_m = walk_m_;
+  tick.turn_rad = turn_rad_;
   tick.ledger = ledger_;
   tick.last_reflex = last_reflex_;
 }
@@ -159,7 +167,7 @@ bool Recorder::see_tick(const Tick& tick) {
   put(tick.after.pull_N, now, recording_.muscle_forces_N);
   put(tick.muscle_forces_N, now, recording_.muscles_asked_N);
   monitor_.add(recording_.ticks.emplace_back(tick_record(model_, tick, sums_)), tick.after.pull_N);
-  return !(monitor_.has_ended() && model_.scene.control);
+  return !monitor_.is_closed();
 }
 
 Recording Recorder::finish(const Snapshot& state, const ControlReport& control, double wall_s) {

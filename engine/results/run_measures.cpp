@@ -114,6 +114,9 @@ template <auto Get>
 Value most_at_end(View v) {
   return std::ranges::max(std::get<Values>(at_end<Get>(v)));
 }
+Value walk(View v) {
+  return each_finger(v, [&](int k) { return ticks(v).empty() ? 0.0 : last_tick(v)->walk_m[k].norm(); });
+}
 template <auto Is>
 Value count(View v) {
   return std::ranges::count_if(ticks(v), [](TickRef tick) { return of(tick, Is); });
@@ -504,6 +507,9 @@ constexpr RunMeasure kGripRows[] = {
      "", "of it at the start:", 10},
     {"spin_deg", kDeg, at_end<&TickRecord::spin_rad>, "Spin of each finger."},
     {"start_spin_deg", kDeg, at_end<&TickRecord::start_spin_rad>, "The part of the first 0.3 s, of each finger."},
+    {"max_walk_mm", kMm, [](View v) -> Value { return std::ranges::max(std::get<Values>(walk(v))); },
+     "Net way on the object, from 0.3 s on, of the patch that walked farthest.", "largest net way of a patch"},
+    {"walk_mm", kMm, walk, "Net way of each patch from 0.3 s on."},
     {"max_sliding_share", kPlain, among_fingers<largest, &TickRecord::sliding_share>,
      "Largest share of a patch that slid, from 0.3 s on.", "largest share of a patch sliding", "", 11},
     {"max_creep_um_per_s", kUmPerS, among_fingers<largest, &TickRecord::creep_m_per_s>,

@@ -25,6 +25,7 @@ constexpr Scenes kChoose{[](const Model& model) { return model.scene.chooses_sti
                          "of scenes that choose a stiffness"};
 constexpr Scenes kWithEnvironment{[](const Model& model) { return model.scene.environment.has_value(); },
                                   "of scenes with an environment"};
+constexpr Scenes kSoftObject{[](const Model& model) { return model.soft_object(); }, "of soft objects"};
 constexpr Scenes kPhases{has_phases, "of scenes with a task in phases"};
 constexpr Scenes kActing{[](const Model& model) { return model.scene.muscles_act(); },
                          "of scenes whose muscles have activation or stiffness"};
@@ -335,6 +336,40 @@ constexpr auto kFields = std::to_array<TickField>({
      .factor = kDegrees,
      .sentence = "The part of `spin_rad` in the first 0.3 s.",
      .at = of_fingers<&TickRecord::start_spin_rad>},
+    {.name = "walk_m",
+     .unit = "m",
+     .of = Of::kFingerAxis,
+     .shown = "walk",
+     .shown_unit = "um",
+     .factor = 1e6,
+     .sentence =
+         "Net way of each patch on the object from 0.3 s on: the sum of its slips as vectors, the object's axes.",
+     .block = Block::kGrip,
+     .at = [](const TickView& v) -> Place {
+       return {v.tick.walk_m.data()->data(), v.model.fingers(), 3, 3};
+     }},
+    {.name = "turn_rad",
+     .unit = "rad",
+     .of = Of::kFinger,
+     .shown = "turn",
+     .shown_unit = "deg",
+     .factor = kDegrees,
+     .sentence = "Net turn of each patch on the object from 0.3 s on, about its normal into the object.",
+     .block = Block::kGrip,
+     .at = of_fingers<&TickRecord::turn_rad>},
+    {.name = "dent_m",
+     .unit = "m",
+     .of = Of::kFingerAxis,
+     .shown = "dent",
+     .shown_unit = "um",
+     .factor = 1e6,
+     .sentence = "How far the object's surface has given way under each patch: the mean of u_o at its points, weighted "
+                 "by normal force, the object's axes.",
+     .scenes = &kSoftObject,
+     .block = Block::kGrip,
+     .at = [](const TickView& v) -> Place {
+       return {v.tick.contact.patch.data()->dent_O.data(), v.model.fingers(), 3, sizeof(PatchReport) / sizeof(double)};
+     }},
     {.name = "sliding_share",
      .of = Of::kFinger,
      .shown = "sliding_share",

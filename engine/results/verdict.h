@@ -17,6 +17,8 @@ inline constexpr double kLoadedFrom_s = 0.1;    ///< Time from which fingers mus
 inline constexpr double kUnloaded_s = 0.05;  ///< Time with fewer than two loaded fingers after which there is no grip.
 inline constexpr double kSlidesWhole = 0.9;  ///< Sliding share of its force at which a patch slides as a whole.
 inline constexpr double kSlipping_m = 0.1e-3;  ///< Total such slip at which a finger slips; less is micro-slip.
+/// Net way of a patch on the object at which a finger slips, however little of it slides at a time.
+inline constexpr double kWalking_m = 0.3e-3;
 inline constexpr double kOffTarget_m = 10e-3;
 inline constexpr double kOffTarget_rad = 20.0 * std::numbers::pi / 180.0;
 /// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits
@@ -35,7 +37,7 @@ enum class Outcome {
   kUnknown,       ///< Records of ticks were lost, or the run was interrupted: nobody knows.
   kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has or was stretched beyond it.
   kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
-  kSlipping,      ///< A patch slid by 0.1 mm as a whole, or a finger lost its load.
+  kSlipping,      ///< A patch slid by 0.1 mm as a whole, or walked by 0.3 mm, or a finger lost its load.
   kResting,       ///< The hand does not hold the object, but the environment carries it.
   kTaskFailed,    ///< A phase of the task did not come to its end.
   kUnstable,      ///< The forces chatter, or the object swings wider and wider.
