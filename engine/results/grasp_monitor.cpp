@@ -260,7 +260,7 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
   if (loss_ || model_.scene.task.spring) return;
   const auto why = [&] {
     const std::string resists = task_.resistance();
-    return resists.empty() ? "" : " while " + resists;
+    return resists.empty() ? "" : ", while " + resists;
   };
   if (unloaded_s_ > kUnloaded_s) {
     loss_ = Event{tick.time_s, fmt::format("at {:.3f} s fewer than two fingers had carried load for {:.0f} ms{}",

@@ -58,6 +58,10 @@ std::string lack_in_words(const Scene& scene, const TaskReport& task, const Phas
                          after, lack.bound);
     case PhaseFault::kNothingUnder:
       if (strongest(scene, body_N) < 0) return fmt::format("nothing bears the object after {:.3g} mm", arm_mm);
+      if (!(lack.value > 0.0)) {
+        return fmt::format("nothing bears the object from below after {:.3g} mm: {}", arm_mm,
+                           resistance_in_words(scene, body_N));
+      }
       return fmt::format("what is under the object bears {:.3g} N of its {:.3g} N after {:.3g} mm: {}", lack.value,
                          lack.bound, arm_mm, resistance_in_words(scene, body_N));
     case PhaseFault::kGaveWay:
