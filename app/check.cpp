@@ -11,13 +11,13 @@
 #include "app/progress.h"
 #include "collision/solids/sampled_solid.h"
 #include "engine/control/control.h"
-#include "engine/control/pose_loop.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/slides.h"
 #include "engine/models/build_model.h"
 #include "engine/pulps/pulp_levels.h"
+#include "engine/results/loop_words.h"
 #include "engine/results/warnings.h"
 #include "engine/scenes/scene_file.h"
 #include "engine/stiffness/stiffness_report.h"
@@ -292,10 +292,12 @@ void describe_control(const Scene& scene, std::ostream& out) {
 
 /// What the pose's loop stands, and what the reflex can hold: by first-order mechanics, nothing is run.
 void describe_reach(const Model& model, std::ostream& out) {
-  const double delays = pose_rate(model) * loop_delay_s(model.scene);
-  if (model.scene.control->feedback_delay_s > 0.0) {
-    out << "  pose loop       rate times delay is " << fmt::format("{:.2f}", delays)
-        << ": no overshoot up to 1/e, stable up to pi/2\n";
+  for (const LoopMargin& margin : loop_margins(model)) {
+    const std::string phase =
+        margin.phase < 0 ? ""
+                         : fmt::format("in phase {}, {}: ", margin.phase + 1,
+                                       to_string(model.scene.task.phases[static_cast<std::size_t>(margin.phase)].kind));
+    out << (margin.phase < 0 ? "  pose loop       " : "                  ") << phase << in_words(model, margin) << "\n";
   }
   if (const auto reach = reflex_reach(model)) {
     out << fmt::format("  reflex reaches  a load step of {:.2f} N {}, answered after {:.0f} ms", reach->load_N,

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -28,38 +27,43 @@ constexpr double kNudged_s = 0.9;  // When the nudge has ended.
 const std::vector<std::string> kNudge = {"object.points=6000", "task.lost=20 mm",
                                          "task.push={force: [0.1 N, 0.1 N, 0.1 N], from: 0.8 s, over: 0.1 s}"};
 
-/// Rate times delay of the scene with another delay and gain.
-double delays(Model& model, double delay_ms, double p) {
-  model.scene.control->feedback_delay_s = 1e-3 * delay_ms;
-  model.scene.control->position.p = p;
-  return pose_rate(model) * loop_delay_s(model.scene);
+/// Returns the largest stable gain p of the position of the scene with a pose known this late.
+double most_gain(const PoseLoop& loop, const Scene& scene, double delay_ms) {
+  const int steps = static_cast<int>(std::lround(1e-3 * delay_ms / scene.step_s));
+  return scene.control->position.p * loop.most_gain(pose_gains(scene), steps, PoseLoop::Of::kPosition);
 }
 
-/// Where rate times delay is this much.
-MapLimit limit(Model model, double at, const std::string& label, int count) {
-  MapLimit line{label, {}, {}};
-  for (const double p : kGain.values(4 * count)) {
-    const double none_ms = 0.0;
-    const double own = delays(model, none_ms, p);  // With the half period, which is there without a delay, too.
-    const double delay_ms = 1e3 * (at - own) / pose_rate(model);
-    if (delay_ms < kDelay.low || delay_ms > kDelay.high) continue;
+/// The line of the largest stable gains.
+MapLimit limit(const Model& model, int count) {
+  const PoseLoop loop(model);
+  MapLimit line{"largest pole 1: swings wider beyond", {}, {}};
+  for (const double delay_ms : kDelay.values(2 * count)) {
+    const double p = most_gain(loop, model.scene, delay_ms);
+    if (p < kGain.low || p > kGain.high) continue;
     line.x.push_back(delay_ms);
     line.y.push_back(p);
   }
   return line;
 }
 
-/// How many cells a limit is wrong about, and where, in words.
-std::string judged(Model model, const ordered_json& figure, int count) {
+/// How many cells the limit is wrong about, and where, in words; and where the border that was met lies against it.
+std::string judged(const Model& model, const ordered_json& figure, int count) {
+  const PoseLoop loop(model);
   int held_beyond = 0, failed_within = 0;
-  double most = 0.0;
+  double most = 0.0, ratios = 0.0;
+  int borders = 0;
   const std::vector<double> ms = kDelay.values(count), p = kGain.values(count);
   std::string where;
-  for (int iy = 0; iy < count; ++iy) {
-    for (int ix = 0; ix < count; ++ix) {
+  for (int ix = 0; ix < count; ++ix) {
+    const double stable = most_gain(loop, model.scene, ms[ix]);
+    for (int iy = 0; iy < count; ++iy) {
       const auto& cell = figure["panels"][0]["cells"][iy][ix];
       const bool held = cell["outcome"] == to_string(Outcome::kHeld);
-      const double share = delays(model, ms[ix], p[iy]) / kMostDelay;
+      const double share = p[iy] / stable;
+      if (iy > 0 && !held && figure["panels"][0]["cells"][iy - 1][ix]["outcome"] == to_string(Outcome::kHeld)) {
+        ratios += std::log(std::sqrt(p[iy] * p[iy - 1]) / stable);
+        ++borders;
+      }
       if (held == (share <= 1.0)) continue;
       ++(held ? held_beyond : failed_within);
       if (held) most = std::max(most, share);
@@ -73,6 +77,10 @@ std::string judged(Model model, const ordered_json& figure, int count) {
       fmt::format(" The limit is wrong about {} of {} cells.", held_beyond + failed_within, count * count);
   if (held_beyond > 0) words += fmt::format(" Held beyond it: {}, up to {:.2f} times.", held_beyond, most);
   if (failed_within > 0) words += fmt::format(" Not held within it: {}, at {}.", failed_within, where);
+  if (borders > 0) {
+    words += fmt::format(" The border that was met lies at {:.2f} of the limit, in the mean over {} delays.",
+                         std::exp(ratios / borders), borders);
+  }
   return words;
 }
 
@@ -83,23 +91,16 @@ void add(ordered_json& part, bool quick) {
       "pose_delay",
       "Delay and gain of the pose's loop",
       "How late the object's pose is known against the gain that brings it back, for configs/box_load.yaml: what sets "
-      "it "
-      "off its target is the closing grip, and a nudge of 0.17 N for 0.1 s. With x' = -k x(t - T) there is no "
-      "overshoot "
-      "below k T = 1/e; it rings and comes back up to π/2, and swings wider and wider beyond. k is the largest "
-      "eigenvalue of B⁻¹ K, with the fingers' viscosity in B; towards low gains the rotation counts, too, whose "
-      "gain "
-      "stays, and bends the lines down. T has half a control period in it. A run lasts twelve delays after the nudge, "
-      "and 0.6 s at least. Beyond the line `thenar check` warns.",
+      "it off its target is the closing grip, and a nudge of 0.17 N for 0.1 s. The line is where the largest pole of "
+      "the sampled loop reaches 1 (PoseLoop): object, fingers and pulps as a first-order plant, the PID, the grasp "
+      "forces and the force control as the controller computes them, and the delay as stored commands; the gain of the "
+      "rotation stays, and bends the line. A run lasts twelve delays after the nudge, and 0.6 s at least. From 0.8 of "
+      "the line on `thenar check` warns.",
       kDelay,
       kGain,
       kNudge,
       [](Model& own) { own.scene.duration_s = kNudged_s + std::max(0.6, 12.0 * own.scene.control->feedback_delay_s); },
-      {{"ours",
-        true,
-        [](const Model& own) { return run(own); },
-        {limit(model, kMostDelay, "k T = π/2: swings wider beyond", count),
-         limit(model, 1.0 / std::numbers::e, "k T = 1/e: overshoots beyond", count)}}},
+      {{"ours", true, [](const Model& own) { return run(own); }, {limit(model, count)}}},
       {{1e3 * model.scene.control->feedback_delay_s, model.scene.control->position.p}},
       "box_load"};
   add_map(part, map, count);

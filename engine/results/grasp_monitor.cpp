@@ -11,24 +11,17 @@
 
 #include "engine/control/pose_loop.h"
 #include "engine/finder/grasp_deficit.h"
+#include "engine/results/loop_words.h"
 
 namespace thenar {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kChatterWindow_s = 0.3;
-constexpr double kStillSoft_s = 0.3;               // A stiffness that was lacking so lately still is.
-constexpr double kRests_s = 0.3;                   // A finger that has not slid for so long sticks again.
-constexpr double kStopsWithin_rad = 1e-6;          // Of the ends of their ranges joints come to rest.
-constexpr double kAnyFriction = 0.01;              // A grasp that so little friction would close is closed by any.
-constexpr double kLeastDelays = 0.8 * kMostDelay;  // A pose that is known sooner does not swing by that.
-constexpr std::size_t kMostNamed = 3;              // Limits passed; a reason counts the others.
-
-/// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
-std::size_t most_stride(const Scene& scene) {
-  return 2 + static_cast<std::size_t>(std::ceil((4.0 * scene.control_period_s + scene.control_delay_s) / scene.step_s));
-}
+constexpr double kStillSoft_s = 0.3;       // A stiffness that was lacking so lately still is.
+constexpr double kRests_s = 0.3;           // A finger that has not slid for so long sticks again.
+constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
+constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
+constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
 
 /// The fingers that are not there, and how far away they are; empty: all touch the object, or nearly do.
 std::string apart_in_words(const Scene& scene, const ControlReport& control) {
@@ -41,12 +34,21 @@ std::string apart_in_words(const Scene& scene, const ControlReport& control) {
   return all;
 }
 
+bool is_late(const Scene& scene) {
+  return scene.control && (scene.control_delay_s > 0.0 || scene.control->feedback_delay_s > 0.0);
+}
+
+/// What came about where the grasp forces were to be found.
+std::string what_failed(const UnsolvedGrasp& unsolved) {
+  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
+  return fmt::format("{} at {:.3f} s", infeasible ? "no grasp forces exist" : "no grasp forces were found",
+                     unsolved.time_s);
+}
+
 /// Names the fingers that do not touch; else the cones that are too narrow and the tangential force that they lack, and
 /// what friction would do.
 std::string explain(const Scene& scene, const UnsolvedGrasp& unsolved) {
-  const bool infeasible = unsolved.control.grasp == GraspStatus::kInfeasible;
-  std::string message = fmt::format(
-      "{} at {:.3f} s: ", infeasible ? "no grasp forces exist" : "no grasp forces were found", unsolved.time_s);
+  std::string message = what_failed(unsolved) + ": ";
   const std::string apart = apart_in_words(scene, unsolved.control);
   if (!apart.empty()) return message + apart + "; object.position and hand.posture place them";
   const GraspProblem problem = grasp_problem(scene, unsolved.control);
@@ -118,8 +120,7 @@ GraspMonitor::GraspMonitor(const Model& model)
       muscles_(model.scene.hand.muscles.size()),
       pulls_(model.scene.muscles_act() ? model.scene.hand.muscles.size() : 0),
       task_(model),
-      forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
-              2 * most_stride(model.scene)) {}
+      chatter_(model) {}
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
   if (is_closed_) return;
@@ -135,6 +136,9 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
     }
   }
   task_.add(control.task);
+  if (!unsolved_grasp_ && is_late(model_.scene) && time_s < kMeasuredFrom_s && control.grasp == GraspStatus::kOptimal) {
+    solved_ = UnsolvedGrasp{time_s, control};
+  }
   if (control.grasp != GraspStatus::kOptimal && !unsolved_grasp_) {
     unsolved_grasp_ = UnsolvedGrasp{time_s, control};
     if (!unsolved_) unsolved_ = Event{time_s, explain(model_.scene, *unsolved_grasp_)};
@@ -166,15 +170,14 @@ void GraspMonitor::add(const TickRecord& tick, const MuscleVector& pull_N) {
   watch_solver(tick);
   // Fingers that come and go slip, chatter and hold nothing, as they should.
   if (tick.holds) {
-    keep_forces(tick);
+    chatter_.add(tick);
     watch_slip(tick);
     watch_walk(tick);
     watch_grip(tick);
     watch_target(tick);
     watch_swings(tick);
   } else {
-    chatter_held_ = force_chatter();
-    kept_ = 0;
+    chatter_.pause();
     slip_before_m_ = tick.slip_m;
     walk_before_ = Walk{tick.walk_m, tick.turn_rad};
     rests_since_s_.reset();
@@ -290,55 +293,34 @@ void GraspMonitor::watch_swings(const TickRecord& tick) {
   const auto swing = swings_.add(tick.position_m - tick.target_m, tick.rotation_error_rad);
   if (!swing) return;
   // Something else may swing it: what pushes it, a hand that pulls it in the window.
-  if (!delays_) delays_ = pose_rate(model_) * loop_delay_s(model_.scene);
-  if (*delays_ < kLeastDelays) return;
+  if (loop_in_words().empty()) return;
   const std::string size = swing->turns ? fmt::format("{:.2g} degrees", kDegrees * swing->size)
                                         : fmt::format("{:.2g} mm", 1e3 * swing->size);
-  swinging_ = Event{tick.time_s, fmt::format("the object swung about its target, wider each time, by {} at {:.3f} s: K "
-                                             "T / b is {:.3g}, of pi/2 at most",
-                                             size, tick.time_s, *delays_)};
+  swinging_ = Event{tick.time_s, fmt::format("the object swung about its target, wider each time, by {} at {:.3f} s",
+                                             size, tick.time_s)};
 }
 
-void GraspMonitor::keep_forces(const TickRecord& tick) {
-  if (!tick.is_measured()) return;  // Forces of a grip that builds up are unsteady.
-  Forces& now = forces_[kept_++ % forces_.size()];
-  now.time_s = tick.time_s;
-  now.normal_N = PerFinger<double>(model_.fingers());
-  for (int k = 0; k < model_.fingers(); ++k) now.normal_N[k] = tick.force[k].normal_N;
-  // A loop through the controller swings with the age that frames reach.
-  oldest_frame_ = std::max(oldest_frame_, tick.contact.frame_age);
+/// Of a grip that builds up: whether its loop has run away from what the fingers bear.
+std::string GraspMonitor::grip_in_words() const {
+  const bool asked = solved_ && solved_->control.has_forces && unsolved_grasp_->time_s < kMeasuredFrom_s;
+  return asked ? runaway_in_words(model_, solved_->control, solved_->time_s) : "";
+}
+
+/// Of the phase that goes on.
+const std::string& GraspMonitor::loop_in_words() const {
+  const int phase = task_.phase();
+  if (!loop_ || loop_phase_ != phase) {
+    loop_ = model_.scene.control ? trouble_in_words(model_, loop_margin(model_, PoseLoop(model_), phase)) : "";
+    loop_phase_ = phase;
+  }
+  return *loop_;
 }
 
 /// Forces of a finger that slides off are unsteady, too: what counts is how they were before.
 void GraspMonitor::note_trouble() {
   if (trouble_s_) return;
   trouble_s_ = last_s_;
-  chatter_before_ = force_chatter();
-}
-
-/// Of forces that are `stride` ticks apart, over the last window.
-double GraspMonitor::chatter(std::size_t stride) const {
-  if (kept_ == 0) return kNone;
-  const auto at = [&](std::size_t i) -> const Forces& { return forces_[i % forces_.size()]; };
-  const std::size_t oldest = kept_ > forces_.size() ? kept_ - forces_.size() : 0;
-  const double from_s = at(kept_ - 1).time_s - kChatterWindow_s - 1e-9;
-  double worst = kNone;
-  for (int k = 0; k < model_.fingers(); ++k) {
-    double turns = 0.0, sum = 0.0;
-    for (std::size_t i = oldest + 2 * stride; i < kept_; ++i) {
-      if (at(i).time_s < from_s) continue;
-      const double now_N = at(i).normal_N[k];
-      turns += 0.5 * std::abs(now_N - 2.0 * at(i - stride).normal_N[k] + at(i - 2 * stride).normal_N[k]);
-      sum += now_N;
-    }
-    if (sum > 0.0) worst = std::fmax(worst, turns / sum);
-  }
-  return worst;
-}
-
-double GraspMonitor::force_chatter() const {
-  const std::size_t frame = std::min(static_cast<std::size_t>(oldest_frame_) + 1, most_stride(model_.scene));
-  return std::fmax(chatter_held_, std::fmax(chatter(1), chatter(frame)));
+  chatter_before_ = chatter_.now();
 }
 
 std::optional<std::string> GraspMonitor::contact_failure() const {
@@ -350,7 +332,7 @@ std::optional<std::string> GraspMonitor::contact_failure() const {
 }
 
 std::string GraspMonitor::chatter_in_words() const {
-  const double share = trouble_s_ ? chatter_before_ : force_chatter();
+  const double share = trouble_s_ ? chatter_before_ : chatter_.now();
   if (!(share > (trouble_s_ ? 2.0 : 1.0) * kChatters)) return "";
   return fmt::format("forces chatter by {:.0f} %", 100.0 * std::min(share, 1.0));
 }
@@ -439,7 +421,7 @@ std::vector<Excess> GraspMonitor::beyond() const {
 Verdict GraspMonitor::verdict() const {
   Verdict verdict;
   verdict.beyond = beyond();
-  verdict.force_chatter = force_chatter();
+  verdict.force_chatter = chatter_.now();
   if (loss_) verdict.lost_s = loss_->time_s;
 
   // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's
@@ -451,8 +433,13 @@ Verdict GraspMonitor::verdict() const {
   const std::string chatter = chatter_in_words();
   const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
   add(Outcome::kSolverFailed, contact_failure().value_or(""));
-  if (cause) add(Outcome::kSolverFailed, unsolved_->what);
-  // What is lost because it swung wider and wider is lost by that.
+  // A loop beyond its limit swings, chatters and asks for forces that no cones hold; what is lost by that is lost by it.
+  const bool lacks_forces = unsolved_grasp_ && unsolved_grasp_->time_s > 0.0 &&
+                            apart_in_words(model_.scene, unsolved_grasp_->control).empty();
+  if (swinging_ || !chatter.empty() || lacks_forces) add(Outcome::kUnstable, loop_in_words());
+  if (lacks_forces && found.empty()) add(Outcome::kUnstable, grip_in_words());
+  const bool loops = !found.empty() && found.back().first == Outcome::kUnstable;
+  if (cause) add(Outcome::kSolverFailed, loops && lacks_forces ? what_failed(*unsolved_grasp_) : unsolved_->what);
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
@@ -465,7 +452,9 @@ Verdict GraspMonitor::verdict() const {
   if (too_soft_ && (too_soft_->time_s >= kMeasuredFrom_s || chosen_s_ - too_soft_->time_s < kStillSoft_s)) {
     add(Outcome::kOverLimits, too_soft_->what);
   }
-  if (unsolved_ && !cause) add(Outcome::kSolverFailed, unsolved_->what);
+  if (unsolved_ && !cause) {
+    add(Outcome::kSolverFailed, loops && lacks_forces ? what_failed(*unsolved_grasp_) : unsolved_->what);
+  }
   add(Outcome::kUnknown, missed_);
   if (found.empty() && task_.is_done()) verdict.outcome = Outcome::kTaskDone;
   if (found.empty()) return verdict;

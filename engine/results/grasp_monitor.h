@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/control/pose_loop.h"
+#include "engine/results/force_chatter.h"
 #include "engine/results/recording.h"
 #include "engine/results/task_watch.h"
 #include "engine/results/verdict.h"
@@ -49,16 +50,16 @@ class GraspMonitor {
   /// Returns the first grasp-force problem without a solution.
   [[nodiscard]] const std::optional<UnsolvedGrasp>& unsolved() const { return unsolved_grasp_; }
   /// Returns the chatter of the forces, see Verdict.
-  [[nodiscard]] double force_chatter() const;
+  [[nodiscard]] double force_chatter() const { return chatter_.now(); }
   [[nodiscard]] Verdict verdict() const;
 
   /// For an archive (engine/loops/archive.h).
   template <typename Archive>
   void members(Archive& a) {
-    a(unsolved_grasp_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
+    a(unsolved_grasp_, solved_, unsolved_, not_finite_, ticks_with_contacts_, not_converged_, last_s_, unloaded_s_,
       rests_since_s_, holders_, loss_, idle_finger_, slip_before_m_, slip_m_, slips_since_s_, slid_s_, walk_before_,
-      walks_, answer_, off_m_, off_rad_, swings_, swinging_, delays_, joints_, too_soft_, chosen_s_, muscles_, pulls_,
-      task_, is_over_, is_closed_, forces_, kept_, chatter_held_, oldest_frame_, trouble_s_, chatter_before_, missed_);
+      walks_, answer_, off_m_, off_rad_, swings_, swinging_, loop_, loop_phase_, joints_, too_soft_, chosen_s_,
+      muscles_, pulls_, task_, is_over_, is_closed_, chatter_, trouble_s_, chatter_before_, missed_);
   }
 
  private:
@@ -82,15 +83,6 @@ class GraspMonitor {
       a(first_s, at_s, beyond, value);
     }
   };
-  struct Forces {
-    double time_s = 0.0;
-    PerFinger<double> normal_N;
-
-    template <typename Archive>
-    void members(Archive& a) {
-      a(time_s, normal_N);
-    }
-  };
 
   void watch_solver(const TickRecord& tick);
   void watch_grip(const TickRecord& tick);
@@ -98,11 +90,11 @@ class GraspMonitor {
   void watch_walk(const TickRecord& tick);
   void watch_target(const TickRecord& tick);
   void watch_swings(const TickRecord& tick);
-  void keep_forces(const TickRecord& tick);
   void note_trouble();
-  [[nodiscard]] double chatter(std::size_t stride) const;
   [[nodiscard]] std::optional<std::string> contact_failure() const;
   [[nodiscard]] std::string chatter_in_words() const;
+  [[nodiscard]] const std::string& loop_in_words() const;
+  [[nodiscard]] std::string grip_in_words() const;
   [[nodiscard]] std::string slips_in_words() const;
   [[nodiscard]] std::string rest_in_words() const;
   [[nodiscard]] bool answers_a_slip() const;
@@ -113,6 +105,7 @@ class GraspMonitor {
   const Model& model_;
   // Solves.
   std::optional<UnsolvedGrasp> unsolved_grasp_;
+  std::optional<UnsolvedGrasp> solved_;  ///< The last one that was solved, of a late loop while the grip builds up.
   std::optional<Event> unsolved_, not_finite_;
   std::int64_t ticks_with_contacts_ = 0, not_converged_ = 0;
   // The grip.
@@ -161,7 +154,8 @@ class GraspMonitor {
   Worst off_m_, off_rad_;
   Swings swings_;
   std::optional<Event> swinging_;
-  std::optional<double> delays_;  ///< K T / b of the pose's loop, once it is asked for.
+  mutable std::optional<std::string> loop_;  ///< trouble_in_words() of the pose's loop, once it is asked for,
+  mutable int loop_phase_ = -1;              ///< and the phase whose gains it has.
   // The hand.
   std::vector<Worst> joints_;
   /// A desired stiffness that could not be reached: the first since kMeasuredFrom_s, or the last one before.
@@ -171,11 +165,7 @@ class GraspMonitor {
   std::vector<Worst> pulls_;    ///< Forces that acted.
   TaskWatch task_;
   bool is_over_ = false, is_closed_ = false;
-  // Forces of the last ticks, as far back as chatter looks: a ring.
-  std::vector<Forces> forces_;
-  std::size_t kept_ = 0;
-  double chatter_held_ = std::numeric_limits<double>::quiet_NaN();  ///< Chatter of earlier phases that held the object.
-  std::int64_t oldest_frame_ = 0;
+  ForceChatter chatter_;
   std::optional<double> trouble_s_;  ///< Time at which a solve, the grip or a finger first failed.
   double chatter_before_ = 0.0;      ///< Chatter up to trouble_s_.
   std::string missed_;

@@ -23,6 +23,8 @@ class TaskWatch {
 
   /// Returns true if a phase has failed.
   [[nodiscard]] bool has_failed() const { return task_.has_failed; }
+  /// Returns the number of the running phase; -1: none runs.
+  [[nodiscard]] int phase() const { return is_done() ? -1 : task_.phase; }
   /// Returns true if all phases are done.
   [[nodiscard]] bool is_done() const;
   /// Returns in words which body resists an arm that carries the object; empty if none does.

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "engine/control/control.h"
-#include "engine/control/pose_loop.h"
 #include "engine/formats/text.h"
 #include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/small_contacts.h"
@@ -17,6 +16,7 @@
 #include "engine/pulps/pressed_pulp.h"
 #include "engine/pulps/pulp_levels.h"
 #include "engine/results/grasp_monitor.h"
+#include "engine/results/loop_words.h"
 
 namespace thenar {
 
@@ -61,17 +61,6 @@ std::string friction_warning(const Scene& scene) {
       "{:.3g}; "
       "fingers may slip",
       planned, pyramids ? fmt::format(", {:.3g} at the corners of its pyramids", most) : "", scene.contact.friction);
-}
-
-/// A pose that is known too late for its gains; empty: it is not.
-std::string delay_warning(const Model& model) {
-  if (!model.scene.control) return {};
-  const double rate_per_s = pose_rate(model), delay_s = loop_delay_s(model.scene);
-  if (!(rate_per_s * delay_s > kMostDelay)) return {};
-  return fmt::format(
-      "the pose is known {:.3g} ms late, and its gains bring the object back at {:.3g} /s: {:.2f} in all, "
-      "and from pi/2 on it swings wider and wider; {:.2g} of control.position.p and rotation.p is stable",
-      1e3 * delay_s, rate_per_s, rate_per_s * delay_s, kMostDelay / (rate_per_s * delay_s));
 }
 
 /// Fingers that a controller holds with and that nothing is near to; empty: there is none.
@@ -251,7 +240,9 @@ std::vector<std::string> warnings(const Model& model) {
   const Scene& scene = model.scene;
   if (const std::string friction = friction_warning(scene); !friction.empty()) all.push_back(friction);
   if (const std::string reach = reach_warning(model); !reach.empty()) all.push_back(reach);
-  if (const std::string delay = delay_warning(model); !delay.empty()) all.push_back(delay);
+  for (const LoopMargin& margin : loop_margins(model)) {
+    if (margin.is_near()) all.push_back(trouble_in_words(model, margin));
+  }
   if (!model.deformable()) return all;
   const LevelEstimate used = estimate_level(scene, model.pulps, model.level);
   if (used.missing > kNoticedShare) {

@@ -8,42 +8,52 @@
 #include <vector>
 
 #include "engine/models/build_model.h"
+#include "engine/results/loop_words.h"
 #include "engine/results/scene_run.h"
 #include "tests/support/scenes.h"
 
 namespace thenar::pose_loop_test {
 namespace {
 
-/// A held box that is nudged, its pose known so late, with a gain that makes rate times delay this much.
-Scene nudged(int delay_ms, double delays) {
+/// A held box that is nudged, its pose known so late, with a gain of the position that is this share of its limit.
+Scene nudged(int delay_ms, double share) {
   const std::string delay = std::to_string(delay_ms) + " ms";
   Scene scene = scene_of("box_load", {kCoarseBox, "control.feedback_delay=" + delay, "task.lost=20 mm",
                                       "task.push={force: [0.1 N, 0.1 N, 0.1 N], from: 0.8 s, over: 0.1 s}"});
-  Model model = build_model(scene);
-  double low = 1.0, high = 1e5;  // The rate grows with the gain, though not in proportion: the rotation's stays.
-  for (int i = 0; i < 40; ++i) {
-    double& p = model.scene.control->position.p;
-    p = scene.control->position.p = 0.5 * (low + high);
-    (pose_rate(model) * loop_delay_s(scene) < delays ? low : high) = p;
-  }
+  const Model model = build_model(scene);
+  const PoseLoop loop(model);
+  scene.control->position.p *= share * loop.most_gain(pose_gains(scene), loop.delay_steps(), PoseLoop::Of::kPosition);
   return scene;
 }
 
-Verdict verdict_of(const Scene& scene) {
+Verdict verdict_of(const Scene& scene, const RunSettings& settings = {}) {
   const Model model = build_model(scene);
   State state(model);
-  return run_scene(model, state).verdict;
+  return run_scene(model, state, settings).verdict;
 }
 
-// x' = -k x(t - T) is stable up to k T = pi/2. The fingers' viscosity counts with the object's: the object's alone
-// would have it swing at a third of the gain. A tenth below it rings and is held, a tenth above it is unstable, and
-// said to be.
-TEST(PoseLoop, SwingsWiderFromHalfPiOn) {
+Scene late_scene(const std::string& name, const char* period, const char* delay) {
+  return scene_of(name, {"object.points=6000", std::string("time.control_period=") + period,
+                         std::string("time.control_delay=") + delay});
+}
+
+/// The verdict of a scene whose frames are late, in lockstep, after `time_s`.
+Verdict late_verdict(Scene scene, double time_s) {
+  scene.duration_s = time_s;
+  RunSettings settings;
+  settings.lockstep = LockstepSettings{};
+  return verdict_of(scene, settings);
+}
+
+// The poles' limit is where runs begin to fail: a tenth below it the object rings and is held, a tenth above it is
+// unstable, and the reason says so.
+TEST(PoseLoop, SwingsWiderFromItsLimitOn) {
   for (const int ms : {65, 100}) {
-    const Verdict below = verdict_of(nudged(ms, 0.9 * kMostDelay));
+    const Verdict below = verdict_of(nudged(ms, 0.9));
     EXPECT_EQ(in_words(below), "held") << ms;
-    const Verdict above = verdict_of(nudged(ms, 1.1 * kMostDelay));
+    const Verdict above = verdict_of(nudged(ms, 1.1));
     EXPECT_EQ(above.outcome, Outcome::kUnstable) << in_words(above);
+    EXPECT_NE(above.reason.find("pose loop does not stand its delay"), std::string::npos) << above.reason;
     EXPECT_NE(above.reason.find("swung about its target, wider each time"), std::string::npos) << above.reason;
   }
 }
@@ -53,6 +63,55 @@ TEST(PoseLoop, WhatItThrowsAwayIsUnstable) {
   const Verdict verdict = verdict_of(nudged(65, 2.0));
   EXPECT_EQ(verdict.outcome, Outcome::kUnstable) << in_words(verdict);
   EXPECT_TRUE(verdict.lost_s.has_value());
+}
+
+// For delays that are long against what pulps and fingers take, the rotation about an axis through two fingers that the
+// third is near to is x' = -k x(t - T) with k at least p over all that resists it: the limit is below that of the
+// object's own viscosity times what three fingers lend at most, and above that of the object alone.
+TEST(PoseLoop, LiesBetweenTheObjectsViscosityAndThatOfAll) {
+  Scene scene = scene_of("box_grasp", {kCoarseBox});
+  scene.control->position.i = scene.control->rotation.i = 0.0;
+  scene.control->rotation.p = 0.0;
+  const Model model = build_model(scene);
+  const PoseLoop loop(model);
+  const int delay = 200;
+  const double delay_s = (delay + 0.5) * scene.step_s;
+  const double least = std::numbers::pi / 2.0 * scene.object.translation_damping / delay_s;
+  const double p = scene.control->position.p * loop.most_gain(pose_gains(scene), delay, PoseLoop::Of::kPosition);
+  EXPECT_GT(p, least);
+  EXPECT_LT(p, 10.0 * least);
+}
+
+// Frames of 5 ms, 20 ms late: the box is held, and its loop is near its limit but within it; the mug's is beyond.
+TEST(PoseLoop, TellsTheBoxFromTheMug) {
+  const Model box = build_model(late_scene("box_grasp", "5 ms", "20 ms"));
+  const LoopMargin held = loop_margin(box, PoseLoop(box));
+  EXPECT_LT(held.slowest.pole, 1.0);
+  EXPECT_LT(held.share, 1.0);
+  const Model mug = build_model(late_scene("mug", "5 ms", "20 ms"));
+  const LoopMargin lost = loop_margin(mug, PoseLoop(mug));
+  EXPECT_GT(lost.slowest.pole, 1.0);
+  EXPECT_TRUE(lost.slowest.turns);
+  EXPECT_LT(lost.most_delay, 20);
+}
+
+// A plate of 1 mm, whose forces' lever is as short: where a late loop runs away while the grip builds up, the loop is
+// told first, then that no forces exist.
+TEST(PoseLoop, ARunawayGripIsToldBeforeItsCones) {
+  const Verdict verdict = late_verdict(late_scene("thin_plate", "2 ms", "2 ms"), 0.05);
+  EXPECT_EQ(verdict.outcome, Outcome::kUnstable) << in_words(verdict);
+  EXPECT_EQ(verdict.reason.find("while the grip built up, its loop ran away"), 0u) << verdict.reason;
+  EXPECT_NE(verdict.reason.find("no grasp forces exist"), std::string::npos) << verdict.reason;
+  EXPECT_EQ(in_words(late_verdict(late_scene("thin_plate", "2 ms", "0 ms"), 0.1)), "held");
+}
+
+// Each phase with gains of its own has a loop of its own.
+TEST(PoseLoop, PhasesHaveTheirOwn) {
+  const Model model = build_model(scene_of("peg_assembly"));
+  const std::vector<LoopMargin> all = loop_margins(model);
+  ASSERT_GE(all.size(), 2u);
+  EXPECT_EQ(all.front().phase, -1);
+  EXPECT_EQ(model.scene.task.phases[all[1].phase].kind, Phase::Kind::kInsert);
 }
 
 /// Whether swings of these sizes, one after the other, are told; about the axes or along one.
