@@ -263,8 +263,8 @@ void PoseLoop::add_plant(SampledLoop& loop) const {
   loop.B.topRows(6) = moves.asDiagonal() * T_.transpose() * by_command;
 }
 
-// z = (y, I, e): the force control's filter, the PID's integral and its last error. The command is tau of eq. (22), with
-// the posture's.
+// z = (y, I, e): the force control's filter, the PID's integral and its last error. The command is tau of eq. (22),
+// with the posture's.
 void PoseLoop::add_controller(const PoseGains& gains, SampledLoop& loop) const {
   Scene scene = model_.scene;
   scene.control_delay_s = loop.delay * scene.step_s;

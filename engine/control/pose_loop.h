@@ -51,8 +51,8 @@ class PoseLoop {
   /// the start.
   PoseLoop(const Model& model, const ControlReport& solved) : PoseLoop(model, &solved) {}
 
-  /// Returns the loop's delay in steps, beside the sampling: control.feedback_delay, as whole periods, for the laws know
-  /// snapshots of control ticks alone, and time.control_delay.
+  /// Returns the loop's delay in steps, beside the sampling: control.feedback_delay, as whole periods, for the laws
+  /// know snapshots of control ticks alone, and time.control_delay.
   [[nodiscard]] int delay_steps() const;
   /// Returns the matrices of the loop.
   [[nodiscard]] SampledLoop sampled(const PoseGains& gains, int delay_steps) const;

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 
-#include "engine/grasp/contact_tick.h"
 #include "engine/grasp/delassus.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
@@ -12,8 +12,15 @@
 /// Muscles in a contact tick: their activation, their short-range stiffness, and the forces with which they pull.
 namespace thenar {
 
-/// Advances State::muscle_N by a step, exactly for the time constants of its beginning. A state that has none yet begins
-/// with what the frame asks for. For a scene whose muscles act on the contact side, as the next function.
+/// Muscles whose fibres are strained beyond the range of their stiffness, for a scene whose muscles have stiffness.
+struct YieldedFibres {
+  std::uint64_t muscles = 0;  ///< A bit for each of them.
+  int most = -1;              ///< The most strained one; -1: none.
+  double strain = 0.0;        ///< Its strain; negative: shortened.
+};
+
+/// Advances State::muscle_N by a step, exactly for the time constants of its beginning. A state that has none yet
+/// begins with what the frame asks for. For a scene whose muscles act on the contact side, as the next function.
 void activate(const Model& model, const Frame& frame, State& state);
 
 /// Adds what muscles do beyond the frame's torques at the state: their forces differ from the commands, they have been

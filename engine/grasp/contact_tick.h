@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/grasp/acting_muscles.h"
 #include "engine/grasp/contact_memory.h"
 #include "engine/grasp/contact_scratch.h"
 #include "engine/grasp/frame.h"
@@ -20,13 +21,6 @@ namespace thenar {
 struct TickInput {
   Vector6d wrench = Vector6d::Zero();     ///< Added to the frame's, about the object's origin, world axes [N, N m].
   std::optional<Eigen::Isometry3d> X_WT;  ///< Target of the object at this tick; nothing: the task's.
-};
-
-/// Muscles whose fibres are strained beyond the range of their stiffness, for a scene whose muscles have stiffness.
-struct YieldedFibres {
-  std::uint64_t muscles = 0;  ///< A bit for each of them.
-  int most = -1;              ///< The most strained one; -1: none.
-  double strain = 0.0;        ///< Its strain; negative: shortened.
 };
 
 /// Result of one contact tick, returned by value.

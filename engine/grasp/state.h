@@ -71,8 +71,8 @@ struct Snapshot {
   PerFinger<FingerLoad> load;
   /// Forces f of the muscles by activation alone, for a scene whose muscles act on the contact side; else none.
   MuscleVector muscle_N;
-  /// Forces with which the muscles pulled in the last tick, for a scene with muscles: f and the effect of the stretch at
-  /// its end; without activation and stiffness, the commands of the frame. A muscle with a belly on each of several
+  /// Forces with which the muscles pulled in the last tick, for a scene with muscles: f and the effect of the stretch
+  /// at its end; without activation and stiffness, the commands of the frame. A muscle with a belly on each of several
   /// fingers pulls with the sum of its bellies. Zero before the first tick.
   MuscleVector pull_N;
   PerFinger<Touch> touch;  ///< Touch, for a scene that names it; else empty.

@@ -43,8 +43,8 @@ struct Field {
 /// the scene's message.
 [[nodiscard]] std::string geometry_message(const Model& model, const TriangleMesh& surface = {});
 
-/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those that its control tick asked for; not
-/// read in a scene without muscles. The message replaces what is in `bytes`.
+/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those that its control tick asked for;
+/// not read in a scene without muscles. The message replaces what is in `bytes`.
 void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
 

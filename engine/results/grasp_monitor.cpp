@@ -433,7 +433,8 @@ Verdict GraspMonitor::verdict() const {
   const std::string chatter = chatter_in_words();
   const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
   add(Outcome::kSolverFailed, contact_failure().value_or(""));
-  // A loop beyond its limit swings, chatters and asks for forces that no cones hold; what is lost by that is lost by it.
+  // A loop beyond its limit swings, chatters and asks for forces that no cones hold; what is lost by that is lost by
+  // it.
   const bool lacks_forces = unsolved_grasp_ && unsolved_grasp_->time_s > 0.0 &&
                             apart_in_words(model_.scene, unsolved_grasp_->control).empty();
   if (swinging_ || !chatter.empty() || lacks_forces) add(Outcome::kUnstable, loop_in_words());

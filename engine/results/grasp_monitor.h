@@ -31,8 +31,8 @@ class GraspMonitor {
  public:
   explicit GraspMonitor(const Model& model);
 
-  /// Adds a control tick on a snapshot at `time_s`. `muscle_forces_N`, what it asks for, are not read in a scene without
-  /// muscles.
+  /// Adds a control tick on a snapshot at `time_s`. `muscle_forces_N`, what it asks for, are not read in a scene
+  /// without muscles.
   void add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N);
   /// Adds a contact tick, with the sums of RunSums. `pull_N`: Snapshot::pull_N after it; read in a scene whose muscles
   /// act on the contact side.

@@ -165,6 +165,20 @@ void Warnings::add(const TickRecord& tick) {
   }
 }
 
+std::string Warnings::injected_in_words() const {
+  const Beyond& beyond = injected_.beyond;
+  const auto most = std::ranges::max_element(injected_.fingers_J);
+  const bool by_finger = most != injected_.fingers_J.end() && *most >= 0.5 * injected_.all_J;
+  const std::string where = by_finger
+                                ? "at the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
+                                : "not at one finger alone";
+  return fmt::format(
+      "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, most of it {}; from {:.3f} s on that is "
+      "more than {:g} % of what drives them and is stored, up to {:.3g} % at {:.3f} s. Late frames and edges cause "
+      "this",
+      1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s);
+}
+
 std::vector<std::string> Warnings::sentences() const {
   std::vector<std::string> all;
   if (const std::string friction = friction_warning(model_.scene); !friction.empty()) all.push_back(friction);
@@ -198,19 +212,7 @@ std::vector<std::string> Warnings::sentences() const {
       all.push_back(fmt::format("the {}'s {} (from {:.3f} s on)", finger, kSwallows, swallowed.since_s));
     }
   }
-  if (const Beyond& beyond = injected_.beyond; beyond.ticks > 0) {
-    const auto most = std::ranges::max_element(injected_.fingers_J);
-    const bool by_finger = most != injected_.fingers_J.end() && *most >= 0.5 * injected_.all_J;
-    const std::string where = by_finger
-                                  ? "at the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
-                                  : "not at one finger alone";
-    all.push_back(fmt::format(
-        "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, most of it {}; from {:.3f} s on that "
-        "is more than {:g} % of what drives them and is stored, up to {:.3g} % at {:.3f} s. Late frames and edges "
-        "cause "
-        "this",
-        1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s));
-  }
+  if (injected_.beyond.ticks > 0) all.push_back(injected_in_words());
   if (yielded_.ticks > 0) {
     all.push_back(fibre_warning(model_.scene, worst_, yield_, yielded_.since_s, yielded_.worst_s));
   }

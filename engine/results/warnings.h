@@ -47,6 +47,8 @@ class Warnings {
   [[nodiscard]] std::vector<std::string> sentences() const;
 
  private:
+  [[nodiscard]] std::string injected_in_words() const;
+
   /// Ticks of a finger in which something was beyond its bound.
   struct Beyond {
     std::int64_t ticks = 0;

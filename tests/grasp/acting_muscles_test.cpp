@@ -119,8 +119,8 @@ TEST(ActingMuscles, DriveTheFingersWithTheForcesThatAreTold) {
   }
 }
 
-/// The force with which one muscle alone drives a finger, from the joint that it turns with the longest arm. Nothing else
-/// acts.
+/// The force with which one muscle alone drives a finger, from the joint that it turns with the longest arm. Nothing
+/// else acts.
 double force_by_motion(GraspRun& run, Index muscle) {
   const JointVector before = run.state.q;
   run.tick();
@@ -180,8 +180,8 @@ TEST(ActingMuscles, OfASharedOneTheSumOfItsBelliesIsTold) {
 }
 
 // Within their range fibres add gamma / L dl (with their tendon) to f; beyond it their force stays at f (1 + gamma r)
-// lengthened, at f (1 - gamma r) shortened, and nothing pushes. Arms change over so long a way: what is exact is the law
-// in the stretch by the arms at the state, from which the tick is told to 1e-6.
+// lengthened, at f (1 - gamma r) shortened, and nothing pushes. Arms change over so long a way: what is exact is the
+// law in the stretch by the arms at the state, from which the tick is told to 1e-6.
 TEST(ActingMuscles, YieldBeyondTheRangeOfTheirStiffness) {
   const Hand hand = scene_of("box_grasp").hand;
   for (const auto& [range, most, least] :
@@ -215,8 +215,8 @@ TEST(ActingMuscles, YieldBeyondTheRangeOfTheirStiffness) {
 }
 
 // With the drag of a hand, the tick is implicit in the stiffness, which fibres that yield no longer have: a finger that
-// turns by 5 mrad in a tick is moved by the force that is told, f (1 + gamma r), and not by what the stiffness would have
-// taken off it, 6 % of it. Arms change by as much as the joints turn, 1 %.
+// turns by 5 mrad in a tick is moved by the force that is told, f (1 + gamma r), and not by what the stiffness would
+// have taken off it, 6 % of it. Arms change by as much as the joints turn, 1 %.
 TEST(ActingMuscles, HaveNoStiffnessWhereTheyYield) {
   const Hand hand = scene_of("box_grasp").hand;
   const Index m = index_of(hand, "FDPI");

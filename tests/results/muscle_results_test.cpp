@@ -73,8 +73,8 @@ double worst_balance(const Model& model, const Recording& run) {
   return worst;
 }
 
-// Whoever runs the ticks, the forces that are told are those that move the fingers: b dq/dt = H f - g. Frames of another
-// loop are some ticks old, in which arms change by less than 1e-6 of themselves.
+// Whoever runs the ticks, the forces that are told are those that move the fingers: b dq/dt = H f - g. Frames of
+// another loop are some ticks old, in which arms change by less than 1e-6 of themselves.
 TEST(MuscleResults, AreTheForcesThatActInAllRunners) {
   for (const std::string muscles : {"true", "{stiffness: 23.4, activation: 12 ms, deactivation: 45 ms}"}) {
     const Model model = free_hand(muscles, {"time.control_period=2 ms", "time.control_delay=2 ms"});
@@ -168,7 +168,8 @@ TEST(MuscleResults, FibresThatYieldAreToldOnce) {
             std::string::npos)
       << told[0];
   EXPECT_NE(told[0].find("FPL"), std::string::npos) << told[0];
-  // FPL's stretch, by its arm at the last joint and the whole of its fibres: a rigid tendon would have passed it all on.
+  // FPL's stretch, by its arm at the last joint and the whole of its fibres: a rigid tendon would have passed it all
+  // on.
   const double dl = -arms(model.scene.hand, turned.q)(3, 4) * -0.3, L = *model.scene.hand.muscles[4].fibre_m;
   EXPECT_LE(std::abs(run.ticks.back().contact.yielded.strain), 1.5 * dl / L);
 }
