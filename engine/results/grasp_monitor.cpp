@@ -237,7 +237,7 @@ void GraspMonitor::watch_walk(const TickRecord& tick) {
   for (int k = 0; k < model_.fingers(); ++k) {
     Walked& walked = walks_[k];
     const double way_m = (tick.walk_m[k] - walk_before_->walk_m[k]).norm();
-    if (!(way_m > std::max(kWalking_m, walked.way_m))) continue;
+    if (!(way_m > std::max(kWalks * model_.scene.hand.fingertips[k].radius_m, walked.way_m))) continue;
     if (!walked.since_s) walked.since_s = tick.time_s;
     walked.way_m = way_m;
     walked.turn_rad = std::abs(tick.turn_rad[k] - walk_before_->turn_rad[k]);

@@ -17,8 +17,10 @@ inline constexpr double kLoadedFrom_s = 0.1;    ///< Time from which fingers mus
 inline constexpr double kUnloaded_s = 0.05;  ///< Time with fewer than two loaded fingers after which there is no grip.
 inline constexpr double kSlidesWhole = 0.9;  ///< Sliding share of its force at which a patch slides as a whole.
 inline constexpr double kSlipping_m = 0.1e-3;  ///< Total such slip at which a finger slips; less is micro-slip.
-/// Net way of a patch on the object at which a finger slips, however little of it slides at a time.
-inline constexpr double kWalking_m = 0.3e-3;
+/// Net way of a patch on the object, over its pulp's radius, at which a finger slips, however little of it slides at a
+/// time: a fifth of the radius of a patch under 2 N. The thumb that carries a mug turns by 15 degrees, gets on by 0.055
+/// and rests; at rest it is 1e-5 in 100 s.
+inline constexpr double kWalks = 0.07;
 inline constexpr double kOffTarget_m = 10e-3;
 inline constexpr double kOffTarget_rad = 20.0 * std::numbers::pi / 180.0;
 /// Chatter of forces. Steady grips have 1e-9 to 2e-4, 2e-3 in steps of 20 ms; loops and springs beyond their limits
@@ -37,9 +39,9 @@ enum class Outcome {
   kUnknown,       ///< Records of ticks were lost, or the run was interrupted: nobody knows.
   kOverLimits,    ///< A joint left its range, or a muscle was asked for more than it has or was stretched beyond it.
   kOffTarget,     ///< The object was 10 mm or 20 degrees off its target; the fingers hold it.
-  kSlipping,      ///< A patch slid by 0.1 mm as a whole, or walked by 0.3 mm, or a finger lost its load.
+  kSlipping,      ///< A patch slid by 0.1 mm as a whole, or walked (kWalks), or a finger lost its load.
   kResting,       ///< The hand does not hold the object, but the environment carries it.
-  kTaskFailed,    ///< A phase of the task did not come to its end.
+  kTaskFailed,    ///< A phase did not come to its end, or the object is not where the task should leave it.
   kUnstable,      ///< The forces chatter, or the object swings wider and wider.
   kLost,          ///< The hand no longer holds the object: its grip is open, or a finger has slid off its place.
   kSolverFailed,  ///< A solve found no answer, or there is none.

@@ -44,21 +44,23 @@ TEST(Verdict, TellsWhatBecameOfARun) {
 // slides as a whole. What slid as a whole is told as that; a scene that names how far is lost tolerates less.
 TEST(Verdict, APatchThatWalksSlips) {
   using Eigen::Vector3d;
+  const double most_m = kWalks * minimal().scene.hand.fingertips[0].radius_m;
   Watched run = steady_run();
   for (std::size_t i = 310; i + 10 < 500; i += 20) {
-    run.walk(i, 0, Vector3d(0.0, 0.9 * kWalking_m, 0.0), 0.1);
-    run.walk(i + 10, 0, Vector3d(0.0, -0.9 * kWalking_m, 0.0), -0.1);
+    run.walk(i, 0, Vector3d(0.0, 0.9 * most_m, 0.0), 0.1);
+    run.walk(i + 10, 0, Vector3d(0.0, -0.9 * most_m, 0.0), -0.1);
   }
   EXPECT_EQ(in_words(run.verdict()), "held");
-  for (std::size_t i = 400; i < 410; ++i) run.walk(i, 0, Vector3d(0.12e-3, 0.0, 0.0), 2.0 / kDegrees);
-  // The third step is the one beyond 0.3 mm; the farthest place is beside that of the way to and fro.
+  // The third of ten steps is beyond; the farthest place is beside that of the way to and fro.
+  for (std::size_t i = 400; i < 410; ++i) run.walk(i, 0, Vector3d(0.4 * most_m, 0.0, 0.0), 2.0 / kDegrees);
+  ASSERT_NEAR(most_m, 0.63e-3, 1e-12);
   EXPECT_EQ(in_words(run.verdict()),
-            "slipping: the thumb's patch walked 1.23 mm net and turned by 26 degrees, in turns, from 0.403 s on");
+            "slipping: the thumb's patch walked 2.58 mm net and turned by 26 degrees, in turns, from 0.403 s on");
 
   run.slip(420, 0, 2.0 * kSlipping_m);
   EXPECT_EQ(in_words(run.verdict()), "slipping: the thumb slipped 0.20 mm from 0.421 s on");
   run = steady_run();
-  run.walk(350, 2, Vector3d(0.0, 0.0, 1.01 * kWalking_m));
+  run.walk(350, 2, Vector3d(0.0, 0.0, 1.01 * most_m));
   EXPECT_EQ(run.outcome(), Outcome::kSlipping);
   Scene scene = minimal().scene;
   scene.task.lost_m = 2e-3;
