@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace thenar {
 
@@ -62,9 +63,33 @@ class PeriodMap {
   MatrixXd X_, old_, now_;
 };
 
+/// A Ritz value's size, and its vector in the basis.
+struct Ritz {
+  double power = 0.0;
+  Eigen::VectorXcd y;
+};
+
+/// Returns the largest one that shows in the first `seen` numbers of the plant's state; `basis` is the plant's part of
+/// the basis. None: zero.
+Ritz largest_seen(const MatrixXd& H, const MatrixXd& basis, Index seen) {
+  constexpr double kShows = 1e-8;
+  Ritz largest{0.0, Eigen::VectorXcd::Zero(H.rows())};
+  if (!H.allFinite()) return {std::numeric_limits<double>::infinity(), largest.y};
+  const Eigen::EigenSolver<MatrixXd> solver(H);
+  if (solver.info() != Eigen::Success) return {std::numeric_limits<double>::infinity(), largest.y};
+  const Eigen::MatrixXcd vectors = solver.eigenvectors();
+  for (Index i = 0; i < H.rows(); ++i) {
+    const double power = std::abs(solver.eigenvalues()[i]);
+    if (power <= largest.power) continue;
+    const Eigen::VectorXcd state = basis * vectors.col(i);
+    if (state.head(seen).norm() > kShows * state.norm()) largest = {power, vectors.col(i).normalized()};
+  }
+  return largest;
+}
+
 }  // namespace
 
-SlowestPole slowest_pole(const SampledLoop& loop) {
+SlowestPole slowest_pole(const SampledLoop& loop, Index seen) {
   constexpr double kAccuracy = 1e-10;
   const PeriodMap map(loop);
   const Index size = map.size();
@@ -85,13 +110,10 @@ SlowestPole slowest_pole(const SampledLoop& loop) {
     const double rest = next.norm();
     const bool is_whole = n == size || !(rest > 1e-14 * scale);
     if (is_whole || n + 1 == V.cols()) {
-      const Eigen::EigenSolver<MatrixXd> ritz(H.topLeftCorner(n, n));
-      Index largest = 0;
-      const double power = ritz.eigenvalues().cwiseAbs().maxCoeff(&largest);
-      const Eigen::VectorXcd y = ritz.eigenvectors().col(largest).normalized();
-      if (is_whole || rest * std::abs(y[n - 1]) < kAccuracy * power) {
-        SlowestPole pole{std::pow(power, 1.0 / map.reach()), V.leftCols(n) * y};
-        pole.state = Eigen::VectorXcd(pole.state.head(map.plant()));
+      const Ritz ritz = largest_seen(H.topLeftCorner(n, n), V.topLeftCorner(map.plant(), n), seen);
+      if (!std::isfinite(ritz.power)) return {ritz.power, Eigen::VectorXcd::Zero(map.plant())};
+      if (is_whole || rest * std::abs(ritz.y[n - 1]) < kAccuracy * ritz.power) {
+        SlowestPole pole{std::pow(ritz.power, 1.0 / map.reach()), V.topLeftCorner(map.plant(), n) * ritz.y};
         if (pole.state.norm() > 0.0) pole.state.normalize();
         return pole;
       }

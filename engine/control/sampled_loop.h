@@ -22,13 +22,14 @@ struct SlowestPole {
   Eigen::VectorXcd state;  ///< The plant's part of its eigenvector, of size 1; zero if the plant does not take part.
 };
 
-/// Finds the pole of largest size of the loop's state over a period, which is x, z and the commands that are under way.
+/// Finds the pole of largest size of the loop's state over a period, which is x, z and the commands that are under way;
+/// of the motions that the first `seen` numbers of x take part in. Infinity for matrices that are not finite.
 ///
 /// Method: Arnoldi's iteration [Arnoldi 1951; Saad 2011, Numerical Methods for Large Eigenvalue Problems, ch. 6] on the
 /// map of as many periods as a command is under way, so that the chain of stored commands, whose length grows with the
-/// delay, costs no dimensions: the other poles of that chain are small there. Until the residual of the largest Ritz
-/// value is below 1e-10 of it, or the space is complete and the values exact.
+/// delay, costs no dimensions: the other poles of that chain are small there. Until the residual of the Ritz value is
+/// below 1e-10 of it, or the space is complete and the values exact.
 /// Requires matrices of matching sizes; steps >= 1, delay >= 0. Takes memory.
-[[nodiscard]] SlowestPole slowest_pole(const SampledLoop& loop);
+[[nodiscard]] SlowestPole slowest_pole(const SampledLoop& loop, Eigen::Index seen);
 
 }  // namespace thenar

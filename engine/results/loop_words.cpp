@@ -9,11 +9,6 @@ namespace thenar {
 
 namespace {
 
-PoseGains gains_of(const Model& model, int phase) {
-  if (phase < 0) return pose_gains(model.scene);
-  return pose_gains(model.scene, model.scene.task.phases[static_cast<std::size_t>(phase)]);
-}
-
 /// Returns the steps by which the delay of a scene can change: what is known late is known by whole periods.
 int delay_unit(const Scene& scene) {
   const bool whole = scene.control_delay_s == 0.0 && scene.control->feedback_delay_s > 0.0;
@@ -50,7 +45,7 @@ std::string gain_in_words(const std::string& key, const PidGains& gains, double 
 }  // namespace
 
 LoopMargin loop_margin(const Model& model, const PoseLoop& loop, int phase) {
-  const PoseGains gains = gains_of(model, phase);
+  const PoseGains gains = pose_gains(model.scene, phase);
   const int unit = delay_unit(model.scene);
   LoopMargin margin;
   margin.phase = phase;
@@ -59,6 +54,7 @@ LoopMargin loop_margin(const Model& model, const PoseLoop& loop, int phase) {
   const double most = loop.most_gain(gains, margin.delay);
   margin.share = 1.0 / most;
   margin.limiting = most > 0.0 ? loop.slowest(gains.times(1.03 * most, 1.03 * most), margin.delay) : margin.slowest;
+  if (!margin.is_known()) return margin;
   margin.most_delay = loop.most_delay(gains, unit);
   if (!margin.is_near()) return margin;
   margin.safe_delay = loop.most_delay(gains.times(1.0 / kNearLimit, 1.0 / kNearLimit), unit);
@@ -80,11 +76,12 @@ std::vector<LoopMargin> loop_margins(const Model& model) {
 }
 
 std::string in_words(const Model& model, const LoopMargin& margin) {
+  if (!margin.is_known()) return "not known: the fingers do not grasp at the start";
   const double step_ms = 1e3 * model.scene.step_s;
   std::string words = fmt::format("pole of {:.4g} a period, {}", margin.slowest.pole, mode_in_words(margin.slowest));
   words += margin.most_delay < 0 ? "; unstable without a delay, too"
                                  : fmt::format("; stable up to a delay of {:.3g} ms", step_ms * margin.most_delay);
-  if (margin.share > 0.0 && std::isfinite(margin.share)) {
+  if (margin.share > 0.0) {
     words += fmt::format(", and up to {:.3g} times its gains, {}", 1.0 / margin.share, mode_in_words(margin.limiting));
   }
   return words;
@@ -94,7 +91,7 @@ std::string trouble_in_words(const Model& model, const LoopMargin& margin) {
   if (!margin.is_near()) return "";
   const Scene& scene = model.scene;
   const double step_ms = 1e3 * scene.step_s;
-  const PoseGains gains = gains_of(model, margin.phase);
+  const PoseGains gains = pose_gains(model.scene, margin.phase);
   const bool grows = !(margin.share < 1.0);
   const PoseMode& mode = grows ? margin.slowest : margin.limiting;
   const std::string at =
@@ -116,7 +113,7 @@ std::string trouble_in_words(const Model& model, const LoopMargin& margin) {
   if (margin.position > 0.0 && margin.position < 1.0 && gains.position.p > 0.0) {
     add(gain_in_words(of + "position", gains.position, margin.position, "N/m"));
   }
-  if (remedies.empty() && std::isfinite(margin.share)) {
+  if (remedies.empty()) {
     remedies = fmt::format("{:.2g} of all its gains", kNearLimit / margin.share);
   }
   return remedies.empty() ? words : words + "; " + remedies + ", would do";

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <limits>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -17,14 +17,16 @@ struct LoopMargin {
   int phase = -1;      ///< Phase of the task whose gains these are; -1: the scene's.
   PoseMode slowest;    ///< Mode of the largest pole.
   PoseMode limiting;   ///< Mode that grows first as the gains rise to their limit.
-  double share = 0.0;  ///< Gains over their largest stable multiple; infinite: unstable without gains, too.
+  double share = 0.0;  ///< Gains over their largest stable multiple.
   int delay = 0;       ///< Its delay beside the sampling [steps].
   int most_delay = 0;  ///< Largest stable delay [steps]; -1: none.
   // Remedies that leave it kNearLimit of the limit, where it is near:
   int safe_delay = 0;                     ///< Largest delay for that [steps]; -1: none.
   double position = 0.0, rotation = 0.0;  ///< Factors of the gains of the position or the rotation alone; 0: none.
 
-  [[nodiscard]] bool is_near() const { return !(share < kNearLimit); }
+  /// Returns false where it is unstable with the least gains, too: as a grasp that the start does not have yet.
+  [[nodiscard]] bool is_known() const { return std::isfinite(share); }
+  [[nodiscard]] bool is_near() const { return is_known() && share >= kNearLimit; }
 };
 
 /// Computes the margin for the scene's gains, or those of phase `phase` of its task.

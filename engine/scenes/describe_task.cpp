@@ -90,8 +90,8 @@ void describe_insertion(Visitor& v, Phase& phase) {
   describe_way(v, phase);
   v.key({"most_force", kForce, "> 0", "", "What resists by more has jammed."}, phase.most_N);
   v.map({"position", kNone, "", "(Without it: control.position.)",
-         "The PID controller of the object's position in this phase. Without an integral gain it does not push on "
-         "against a wall."},
+         "The PID controller of the object's position in this phase, and in a place that follows it. Without an "
+         "integral gain it does not push on against a wall."},
         phase.position, [&](PidGains& gains) { describe_position_gains(v, gains); });
   v.map({"rotation", kNone, "", "(Without it: control.rotation.)", "That of its rotation."}, phase.rotation,
         [&](PidGains& gains) { describe_rotation_gains(v, gains); });

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -65,21 +66,44 @@ TEST(PoseLoop, WhatItThrowsAwayIsUnstable) {
   EXPECT_TRUE(verdict.lost_s.has_value());
 }
 
-// For delays that are long against what pulps and fingers take, the rotation about an axis through two fingers that the
-// third is near to is x' = -k x(t - T) with k at least p over all that resists it: the limit is below that of the
-// object's own viscosity times what three fingers lend at most, and above that of the object alone.
-TEST(PoseLoop, LiesBetweenTheObjectsViscosityAndThatOfAll) {
-  Scene scene = scene_of("box_grasp", {kCoarseBox});
-  scene.control->position.i = scene.control->rotation.i = 0.0;
-  scene.control->rotation.p = 0.0;
-  const Model model = build_model(scene);
-  const PoseLoop loop(model);
-  const int delay = 200;
-  const double delay_s = (delay + 0.5) * scene.step_s;
-  const double least = std::numbers::pi / 2.0 * scene.object.translation_damping / delay_s;
-  const double p = scene.control->position.p * loop.most_gain(pose_gains(scene), delay, PoseLoop::Of::kPosition);
-  EXPECT_GT(p, least);
-  EXPECT_LT(p, 10.0 * least);
+/// Returns the largest eigenvalue of B^-1 K, K the P gains and B the viscosity of the object and of fingers that hold it
+/// by rigid points, b (J J')^-1 at each.
+double rigid_rate(const Model& model) {
+  const Scene& scene = model.scene;
+  const State start(model);
+  HandPose pose;
+  forward_kinematics(scene.hand, start.q, pose);
+  Matrix6d B = Matrix6d::Zero(), K = Matrix6d::Zero();
+  B.diagonal() << Eigen::Vector3d::Constant(scene.object.translation_damping),
+      Eigen::Vector3d::Constant(scene.object.rotation_damping);
+  K.diagonal() << Eigen::Vector3d::Constant(scene.control->position.p),
+      Eigen::Vector3d::Constant(scene.control->rotation.p);
+  for (int k = 0; k < model.fingers(); ++k) {
+    const Eigen::Vector3d point_m = finger_contact(model, pose, start, k).point_m;
+    const Eigen::Matrix3d JJ = squared(finger_jacobian(scene.hand, pose, k, point_m));
+    Eigen::Matrix<double, 3, 6> at;
+    at.leftCols<3>().setIdentity();
+    for (int axis = 0; axis < 3; ++axis) {
+      at.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(point_m - start.X_WO.translation());
+    }
+    B += scene.viscosity(k) * at.transpose() * JJ.ldlt().solve(at);
+  }
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d>(K, B, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+// With a delay that is long against what pulps and fingers take to respond, the grasp is x' = -k x(t - T) in each of its
+// modes: the limit is k T = pi/2. Pulps give way, by some ms of 200, and the force control, which is slow then, takes 3 %
+// of the viscosity.
+TEST(PoseLoop, IsADelayedIntegratorWhereTheDelayIsLong) {
+  for (const char* name : {"box_grasp", "box_load"}) {
+    Scene scene = scene_of(name, {kCoarseBox});
+    scene.control->position.i = scene.control->rotation.i = 0.0;
+    const Model model = build_model(scene);
+    const int delay = 200;
+    const double most = PoseLoop(model).most_gain(pose_gains(scene), delay);
+    const double kT = most * rigid_rate(model) * (delay + 0.5) * scene.step_s;
+    EXPECT_NEAR(kT, std::numbers::pi / 2.0, 0.1 * std::numbers::pi / 2.0) << name;
+  }
 }
 
 // Frames of 5 ms, 20 ms late: the box is held, and its loop is near its limit but within it; the mug's is beyond.
