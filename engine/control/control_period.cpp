@@ -361,8 +361,8 @@ JointVector published_torques(ControlPeriod& period) {
 
 namespace {
 
-/// Finds forces within the limits whose torques miss those asked for least, and of these the least: joints are helped by
-/// motors, whose arms are so short that muscles do what they can first. False if there are too many muscles.
+/// Finds forces within the limits whose torques miss those asked for least, and of these the least: joints are helped
+/// by motors, whose arms are so short that muscles do what they can first. False if there are too many muscles.
 bool find_nearest_forces(const MuscleProblem& problem, Eigen::VectorXd& f) {
   constexpr double kArm_m = 1e-4;  // At muscles' arms of 5 mm a motor misses 1e-4 of what a muscle would give.
   constexpr double kUnlimited = std::numeric_limits<double>::infinity();

@@ -15,8 +15,8 @@ struct PoseGains {
   [[nodiscard]] PoseGains times(double of_position, double of_rotation) const;
 };
 
-/// Returns the gains of the scene's control in a phase of its task, by number; of none: those of `control`. A place that
-/// follows an insert keeps its gains: the object is still between the same walls. Requires control.
+/// Returns the gains of the scene's control in a phase of its task, by number; of none: those of `control`. A place
+/// that follows an insert keeps its gains: the object is still between the same walls. Requires control.
 [[nodiscard]] PoseGains pose_gains(const Scene& scene, int phase = -1);
 
 }  // namespace thenar

@@ -43,8 +43,8 @@ struct Peg {
 
 // Where the index has to push a round side on by friction alone, three points hold little: what the chamfer pushes with
 // makes them squeeze five times as much. There a jump of the commands, or a list of contacts that is too short for the
-// squeeze, shows: the peg goes in without energy from nowhere, and within the muscles' limits. Forces: no more than half
-// again of what an insertion may take, 5 N. The ledger's error is some 1e-13 of its terms.
+// squeeze, shows: the peg goes in without energy from nowhere, and within the muscles' limits. Forces: no more than
+// half again of what an insertion may take, 5 N. The ledger's error is some 1e-13 of its terms.
 TEST(OffsetPeg, GoesInFromEachSide) {
   for (const auto& [offset_mm, direction_deg] :
        {std::pair(0.5, 270.0), std::pair(0.75, 210.0), std::pair(0.75, 60.0)}) {
@@ -64,8 +64,8 @@ TEST(OffsetPeg, GoesInFromEachSide) {
   }
 }
 
-// Where another phase begins, nothing has changed at the peg: what the fingers are asked for goes on. 0.02 N is more than
-// the sum of a tick's changes while the arm is under way.
+// Where another phase begins, nothing has changed at the peg: what the fingers are asked for goes on. 0.02 N is more
+// than the sum of a tick's changes while the arm is under way.
 TEST(OffsetPeg, OtherGainsAskForTheSameForces) {
   const Peg peg(0.5, 270.0);
   const auto& ticks = peg.recording.ticks;
