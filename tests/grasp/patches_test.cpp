@@ -85,7 +85,8 @@ Patch random_patch(std::mt19937_64& random) {
 }
 
 // A patch that moves as a rigid plate: its slip is the way of the pressure centre, its spin the plate's turn about the
-// normal, whatever the pressure; the dent of an object that gives way evenly is that way. Rounding of 12 terms, divided by places of millimetres.
+// normal, whatever the pressure; the dent of an object that gives way evenly is that way. Rounding of 12 terms, divided
+// by places of millimetres.
 TEST(PatchReport, SlipAndSpinOfARigidPlateAreItsWayAndTurn) {
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 20; ++trial) {
