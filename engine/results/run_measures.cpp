@@ -508,7 +508,7 @@ constexpr RunMeasure kGripRows[] = {
     {"spin_deg", kDeg, at_end<&TickRecord::spin_rad>, "Spin of each finger."},
     {"start_spin_deg", kDeg, at_end<&TickRecord::start_spin_rad>, "The part of the first 0.3 s, of each finger."},
     {"max_walk_mm", kMm, [](View v) -> Value { return std::ranges::max(std::get<Values>(walk(v))); },
-     "Net way on the object, from 0.3 s on, of the patch that walked farthest.", "largest net way of a patch"},
+     "Net way on the object, from 0.3 s on, of the patch that walked farthest.", "largest net way of a patch", "", 36},
     {"walk_mm", kMm, walk, "Net way of each patch from 0.3 s on."},
     {"max_sliding_share", kPlain, among_fingers<largest, &TickRecord::sliding_share>,
      "Largest share of a patch that slid, from 0.3 s on.", "largest share of a patch sliding", "", 11},
