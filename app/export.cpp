@@ -55,7 +55,8 @@ int export_recording(const Options& options) {
   }
   if (!options.sto.empty()) {
     const auto of_joints = [](const Field& field) {
-      return field.name == "time_s" || field.name == "q_rad" || field.name == "q_m" || field.name == "muscles_N";
+      return field.name == "time_s" || field.name == "q_rad" || field.name == "q_m" || field.name == "muscles_N" ||
+             field.name == kUnstretched;
     };
     const RecordedRun run = read_recording(options.recording, {of_joints, false});
     write_file(options.sto, run_sto(run, options.recording));

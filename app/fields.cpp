@@ -20,13 +20,14 @@ struct OfInWords {
   std::string_view count, owner, place, type;
 };
 /// In the order of Of.
-constexpr std::array<OfInWords, 12> kWords = {{{"1", "", "", "float"},
+constexpr std::array<OfInWords, 13> kWords = {{{"1", "", "", "float"},
                                                {"1", "", "", "int"},
                                                {"1", "", "", "bool"},
                                                {"3", "", "x", "_Array"},
                                                {"12", "", "x", "_Array"},
                                                {"1 a finger", "FINGER", "", "_Array"},
                                                {"3 a finger", "FINGER", "x", "_Array"},
+                                               {"3 a body", "BODY", "x", "_Array"},
                                                {"1 a joint", "JOINT", "", "_Array"},
                                                {"1 a muscle", "MUSCLE", "", "_Array"},
                                                {"3", "", "p50", "_Array"},

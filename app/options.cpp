@@ -73,7 +73,8 @@ CLI::Option* add_dump(CLI::App& command, Options& options) {
           .add_option(
               "--dump-problems", options.dump_problems,
               "Folder for contact-T.fcp, grasp-T.json and muscle-T.json: the problems that were solved in tick T, for "
-              "thenar solve. Not with --realtime, where writing would make ticks late")
+              "thenar solve; and stiffness-T.json: an object stiffness that was asked for and had no solution. Not "
+              "with --realtime, where writing would make ticks late")
           ->type_name("DIR")
           ->check(named());
   command.add_option("--dump-every", options.dump_every, "Ticks from one dump to the next")

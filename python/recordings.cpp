@@ -59,7 +59,8 @@ py::array field_of(const RecordedRun& run, const std::string& name) {
     if (is_pose(name, known) && field.count % 12 == 0 && field.count > 0) return poses_of(numbers);
     Array array({numbers.rows(), numbers.cols()});
     std::copy_n(numbers.data(), numbers.size(), array.mutable_data());
-    if (known != nullptr && known->of == Of::kFingerAxis && field.count % 3 == 0) {
+    const bool has_axes = known != nullptr && (known->of == Of::kFingerAxis || known->of == Of::kBodyAxis);
+    if (has_axes && field.count % 3 == 0) {
       return array.reshape({numbers.rows(), numbers.cols() / 3, py::ssize_t{3}});
     }
     return field.count == 1 ? py::array(array.reshape({numbers.rows()})) : py::array(array);

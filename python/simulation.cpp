@@ -247,7 +247,7 @@ void Simulation::tick() {
   record = tick_record(*model, run.state, contact, run.report);
   if (run.controlled) record_control(run.report, record);
   sums.add(record);
-  monitor.add(record);
+  monitor.add(record, run.state.pull_N);
 }
 
 void Simulation::record_now(const std::filesystem::path& file) {

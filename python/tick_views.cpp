@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "engine/results/contact_fields.h"
 
@@ -29,6 +30,8 @@ std::string_view shape_in_words(Of of) {
       return "(fingers,) ";
     case Of::kFingerAxis:
       return "(fingers, 3) ";
+    case Of::kBodyAxis:
+      return "(bodies, 3) ";
     case Of::kJoint:
       return "(joints,) ";
     case Of::kMuscle:
@@ -38,12 +41,15 @@ std::string_view shape_in_words(Of of) {
   }
 }
 
+template <typename Vector>
+std::span<const double> span_of(const Vector& numbers) {
+  return {numbers.data(), static_cast<std::size_t>(numbers.size())};
+}
+
 }  // namespace
 
-SeenTick::SeenTick(const Model& model, const TickRecord& tick, const Snapshot& state, const Eigen::VectorXd& muscle_N)
-    : state_(state),
-      view_(view_of(model, tick,
-                    {muscle_N.data(), model.scene.has_muscles() ? static_cast<std::size_t>(muscle_N.size()) : 0})) {}
+SeenTick::SeenTick(const Model& model, const TickRecord& tick, const Snapshot& state, const Eigen::VectorXd& asked_N)
+    : state_(state), view_(view_of(model, tick, span_of(state.pull_N), span_of(asked_N))) {}
 
 void SeenTick::prepare(const TickField& field) {
   if (field.from != From::kState || stiffness_) return;
@@ -85,7 +91,7 @@ std::vector<py::ssize_t> shape_of(const TickField& field, std::size_t numbers) {
   const auto count = static_cast<py::ssize_t>(numbers);
   if (is_number(field.of) && numbers > 0) return {};
   if (field.of == Of::kPose) return {4, 4};
-  if (field.of == Of::kFingerAxis) return {count / 3, 3};
+  if (field.of == Of::kFingerAxis || field.of == Of::kBodyAxis) return {count / 3, 3};
   return {count};
 }
 

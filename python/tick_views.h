@@ -15,7 +15,7 @@ namespace thenar::python {
 class SeenTick {
  public:
   /// `state`: after the tick.
-  SeenTick(const Model& model, const TickRecord& tick, const Snapshot& state, const Eigen::VectorXd& muscle_N);
+  SeenTick(const Model& model, const TickRecord& tick, const Snapshot& state, const Eigen::VectorXd& asked_N);
   SeenTick(const SeenTick&) = delete;
   SeenTick& operator=(const SeenTick&) = delete;
 

@@ -423,7 +423,7 @@ void Session::Impl::wait_idle() {
 bool Session::Impl::see(const ContactSample& sample, const ControlSample& control) {
   TickRecord tick = tick_record(model, sample.after, sample.step.tick, control.step.control);
   record_control(control.step.control, tick);
-  verdict.add(tick, control);
+  verdict.add(tick, sample.after, control);
   last_tick = tick;
   if (film) film->see(sample.after.tick, tick, control.muscle_forces_N, telemetry);
   if (!sample.shown) return true;

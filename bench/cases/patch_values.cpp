@@ -16,7 +16,7 @@ PatchValues patch_values(Scene scene, double duration_s) {
     const TickReport tick = loop.tick();
     for (int k = 0; k < loop.model.fingers(); ++k) {
       values(0, k) += tick.patch[k].slip_m;
-      values(1, k) += tick.patch[k].spin_rad;
+      values(1, k) += std::abs(tick.patch[k].spin_rad);
       values(2, k) = tick.patch[k].margin;
       values(3, k) = 0.0;
       for (const PatchPoint& point : loop.work.patches.of_finger(k)) {

@@ -14,7 +14,7 @@ SECTIONS = (
     ("Where methods fail", ("stability", "contact_families")),
     ("Touch and reflex", ("partial_slip", "reflex", "felt_margin", "pose_loop")),
     ("Stiffness that is chosen", ("stiffness",)),
-    ("A peg in a hole", ("insertion",)),
+    ("Tasks, and a peg in a hole", ("task", "insertion")),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),
     ("Around the object", ("environment",)),

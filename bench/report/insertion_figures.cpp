@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -17,6 +18,7 @@
 #include "engine/environment/minimum_jerk.h"
 #include "engine/insertion/insertion_report.h"
 #include "engine/models/build_model.h"
+#include "engine/results/scene_run.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
 
@@ -304,6 +306,53 @@ void add_maps(ordered_json& part, bool quick) {
   for (const PegMap& map : {clearance_tilt(), friction_depth(), delay_speed()}) add_peg_map(part, map, count);
 }
 
+// --- a task off its hole --------------------------------------------------------------------------------------------
+
+/// What becomes of configs/peg_assembly.yaml whose arm stops off the hole, and the largest normal force of a finger.
+std::string offset_cell(double offset_mm, double direction_deg) {
+  const double rad = direction_deg / 180.0 * std::numbers::pi;
+  const std::string by =
+      fmt::format("[{:.4f} mm, {:.4f} mm, 0 mm]", offset_mm * std::cos(rad), 40.0 + offset_mm * std::sin(rad));
+  const Model model = build_model(load_scene(std::string(THENAR_CONFIGS) + "/peg_assembly.yaml",
+                                             {"task.phases[3].move.by=" + by, "object.points=9000"}));
+  State state(model);
+  const Recording recording = run_scene(model, state, RunSettings{});
+  Ledger all;
+  double most_N = 0.0;
+  for (const TickRecord& tick : recording.ticks) {
+    all.add(tick.contact.ledger);
+    for (const NormalTangential& force : tick.force) most_N = std::max(most_N, force.normal_N);
+  }
+  return fmt::format("{}, {:.1f} N, {:.0e}", to_string(recording.verdict.outcome), most_N,
+                     all.injected_J / all.drive_J);
+}
+
+void add_offsets(ordered_json& part, bool quick) {
+  const std::vector<double> offsets_mm =
+      quick ? std::vector<double>{0.5} : std::vector<double>{0.25, 0.5, 0.75, 0.9975};
+  const int directions = quick ? 4 : 12;
+  std::vector<std::string> cells(directions * offsets_mm.size());
+  tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
+    const auto direction = static_cast<double>(i / offsets_mm.size());
+    cells[i] = offset_cell(offsets_mm[i % offsets_mm.size()], 360.0 / directions * direction);
+  });
+  ordered_json& figure = add_figure(
+      part, "table", "insertion_offsets", "A task whose arm stops off the hole",
+      "configs/peg_assembly.yaml, by the offset's size and its direction from +x to +y, object axes: the outcome, the "
+      "largest normal force of a finger, and the share of the drive's energy that contacts gave. Chamfer and clearance "
+      "take 1.05 mm. Towards -y the index moves the peg on by friction alone, and squeezes accordingly.",
+      "One deterministic run a cell on a virtual clock: no times are measured.");
+  ordered_json columns = {"direction [deg]"};
+  for (const double mm : offsets_mm) columns.push_back(fmt::format("{:.2f} mm off", mm));
+  figure["columns"] = columns;
+  figure["rows"] = ordered_json::array();
+  for (int d = 0; d < directions; ++d) {
+    ordered_json row = {360.0 / directions * d};
+    for (std::size_t k = 0; k < offsets_mm.size(); ++k) row.push_back(cells[d * offsets_mm.size() + k]);
+    figure["rows"].push_back(row);
+  }
+}
+
 }  // namespace
 }  // namespace thenar
 
@@ -315,5 +364,5 @@ int main(int argc, char** argv) {
       "contacts that stick have the line through them in both friction cones, and hold the peg between them. "
       "Jammed: it stands still in a hole that comes on, without that. Outside: it did not come below the "
       "chamfer. The other words are those of the grasp.",
-      {add_push, add_maps});
+      {add_push, add_maps, add_offsets});
 }

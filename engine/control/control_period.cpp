@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "engine/control/pose_gains.h"
 #include "engine/grasp/stopwatch.h"
 #include "engine/hand/muscles.h"
 
 namespace thenar {
 
 using Eigen::Index;
+using Eigen::Vector3d;
 
 namespace {
 
@@ -183,30 +186,44 @@ Vector3d to_centre_m(const ControlPeriod& period, const std::optional<Vector3d>&
   return centre_O ? Vector3d(period.snapshot.X_WO.linear() * *centre_O) : Vector3d::Zero();
 }
 
-/// Returns the error that the PID controls in this period.
-const std::optional<Vector3d>& centre_of(const ControlPeriod& period, const Phase* phase) {
-  return phase != nullptr && phase->centre_m ? phase->centre_m : settings_of(period.model).centre_m;
+/// Returns the error that the PID controls.
+Vector6d error_about(const ControlPeriod& period, const std::optional<Vector3d>& centre_O) {
+  Vector6d error = period.error();
+  if (centre_O) error.head<3>() += period.target().linear() * *centre_O - to_centre_m(period, centre_O);
+  return error;
 }
 
-/// Sets the gains of another phase. The integrals' wrench is kept, for the object is as heavy as before; it is released
-/// with the weight to the object's support.
-void change_gains(ControlPeriod& period, const Phase* phase) {
+/// Moves a wrench from the centre to the object's origin.
+void move_to_origin(const ControlPeriod& period, const std::optional<Vector3d>& centre_O, Vector6d& wrench) {
+  if (centre_O) wrench.tail<3>() += to_centre_m(period, centre_O).cross(Vector3d(wrench.head<3>()));
+}
+
+/// Returns the wrench of the proportional gains, about the object's origin.
+Vector6d proportional(const ControlPeriod& period, const PoseGains& gains) {
+  Vector6d wrench = error_about(period, gains.centre_m);
+  wrench.head<3>() *= period.controller.acting_share * gains.position.p;
+  wrench.tail<3>() *= period.controller.acting_share * gains.rotation.p;
+  move_to_origin(period, gains.centre_m, wrench);
+  return wrench;
+}
+
+/// Sets the gains of another phase, without a bump [Astrom & Hagglund 2006, 3.5]: the wrench of the integrals is kept,
+/// for the object is as heavy as before, and so is what other gains about another centre would make of the same error,
+/// for what pushes the object out of its place still does. Both are released with the weight to the object's support.
+void change_gains(ControlPeriod& period) {
   Controller& controller = period.controller;
   const TaskReport& task = period.report.task;
-  const ControlSettings& settings = settings_of(period.model);
   if (controller.pid_phase == task.phase && controller.pid_integrates == task.integrates) return;
-  const auto& phases = period.model.scene.task.phases;
-  const auto last = static_cast<std::size_t>(controller.pid_phase);
-  const Phase* const before = controller.pid_phase >= 0 && last < phases.size() ? &phases[last] : nullptr;
-  Vector6d held = controller.pid->held();
-  held.tail<3>() += to_centre_m(period, centre_of(period, before)).cross(Vector3d(held.head<3>()));
-  controller.borne = task.weight_share > 0.0 ? Vector6d(controller.borne + held) : Vector6d::Zero();
+  const PoseGains before = pose_gains(period.model.scene, controller.pid_phase);
+  PoseGains now = pose_gains(period.model.scene, task.phase);
+  Vector6d kept = controller.pid->held();
+  move_to_origin(period, before.centre_m, kept);
+  if (task.poses && controller.pid_phase >= 0) kept += proportional(period, before) - proportional(period, now);
+  controller.borne = task.weight_share > 0.0 ? Vector6d(controller.borne + kept) : Vector6d::Zero();
   controller.pid_phase = task.phase;
   controller.pid_integrates = task.integrates;
-  PidGains position = phase != nullptr ? phase->position.value_or(settings.position) : settings.position;
-  PidGains rotation = phase != nullptr ? phase->rotation.value_or(settings.rotation) : settings.rotation;
-  if (!task.integrates) position.i = rotation.i = 0.0;
-  controller.pid->restart(position, rotation);
+  if (!task.integrates) now.position.i = now.rotation.i = 0.0;
+  controller.pid->restart(now.position, now.rotation);
 }
 
 }  // namespace
@@ -216,18 +233,15 @@ Vector6d published_wrench(ControlPeriod& period) {
   expect_first(period.published_wrench_given, "the wrench");
   Controller& controller = period.controller;
   const TaskReport& task = period.report.task;
-  const Phase* const phase = controller.task ? controller.task->phase(period.model.scene) : nullptr;
-  if (controller.task) change_gains(period, phase);
   // In a hold no command acts. The error that has accumulated there returns as slowly as the drive does.
   const double fade = std::exp(-controller.period_s / kResume_s);
   controller.acting_share = period.snapshot.held ? 0.0 : 1.0 - fade * (1.0 - controller.acting_share);
-  Vector6d error = period.error();
-  const auto& centre = centre_of(period, phase);
-  const Vector3d to_centre_m = thenar::to_centre_m(period, centre);
-  if (centre) error.head<3>() += period.target().linear() * *centre - to_centre_m;
+  if (controller.task) change_gains(period);
+  const std::optional<Vector3d> centre_O = pose_gains(period.model.scene, task.phase).centre_m;
+  const Vector6d error = error_about(period, centre_O);
   Vector6d D = Vector6d::Zero();
   if (task.poses) D = controller.pid->update(error, controller.period_s, controller.acting_share);
-  if (centre) D.tail<3>() += to_centre_m.cross(Vector3d(D.head<3>()));
+  move_to_origin(period, centre_O, D);
   Vector6d known = period.model.weight(period.snapshot.X_WO, period.known_gravity());
   if (controller.task) {
     D += task.weight_share * controller.borne;
@@ -347,8 +361,29 @@ JointVector published_torques(ControlPeriod& period) {
 
 namespace {
 
-/// Computes the least muscle forces for these torques. If limits do not allow them: the least without limits, each
-/// clamped to its limit.
+/// Finds forces within the limits whose torques miss those asked for least, and of these the least: joints are helped
+/// by motors, whose arms are so short that muscles do what they can first. False if there are too many muscles.
+bool find_nearest_forces(const MuscleProblem& problem, Eigen::VectorXd& f) {
+  constexpr double kArm_m = 1e-4;  // At muscles' arms of 5 mm a motor misses 1e-4 of what a muscle would give.
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  const Index joints = problem.H.rows(), muscles = problem.H.cols(), all = muscles + 2 * joints;
+  if (joints > kMaxJoints || all > kMaxMuscles) return false;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxMuscles> H(joints, all);
+  H.leftCols(muscles) = problem.H;
+  H.rightCols(2 * joints).setZero();
+  for (Index i = 0; i < joints; ++i) {
+    H(i, muscles + i) = kArm_m;
+    H(i, muscles + joints + i) = -kArm_m;
+  }
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxMuscles, 1> limit(all), forces(all);
+  limit.head(muscles) = problem.limit;
+  limit.tail(2 * joints).setConstant(kUnlimited);
+  if (solve_muscle_forces({H, problem.tau, limit}, forces).status != MuscleStatus::kOptimal) return false;
+  f = forces.head(muscles);
+  return true;
+}
+
+/// Computes the least muscle forces for these torques. If limits do not allow them: those that come nearest.
 void find_least_forces(ControlPeriod& period, const JointVector& tau) {
   Controller& controller = period.controller;
   const MuscleProblem problem{period.moment_arms(), tau, controller.most_N};
@@ -356,6 +391,7 @@ void find_least_forces(ControlPeriod& period, const JointVector& tau) {
   period.report.muscle = found.status;
   if (found.status != MuscleStatus::kInfeasible) return;
   period.report.muscle_lack = muscle_lack(problem, found.multiplier);
+  if (find_nearest_forces(problem, controller.f_muscle)) return;
   const MuscleProblem without_limits{problem.H, tau};
   if (solve_muscle_forces(without_limits, controller.f_muscle).status != MuscleStatus::kOptimal) return;
   controller.f_muscle = controller.f_muscle.cwiseMin(controller.most_N);

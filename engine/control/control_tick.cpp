@@ -29,7 +29,6 @@ JointVector joint_torques(ControlPeriod& period) {
 /// Fills the frame's data of the muscles.
 void hand_over_muscles(const Model& model, const Snapshot& snapshot, const Eigen::Vector3d& gravity,
                        const Controller& controller, Frame& frame) {
-  frame.muscle_N = controller.f_muscle;
   frame.bellies = controller.bellies;
   frame.q = snapshot.q;
   frame.q_rest = controller.q_rest;
@@ -111,6 +110,7 @@ ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, 
   frame.sequence = controller.sequence++;
   const Eigen::Vector3d gravity = model.gravity(now_s);
   frame.torque_Nm = tau - gravity_torques(scene.hand, controller.pose, gravity);
+  if (scene.has_muscles()) frame.muscle_N = controller.f_muscle;
   if (scene.muscles_act()) hand_over_muscles(model, snapshot, gravity, controller, frame);
   frame.wrench = model.external_wrench(now_s, snapshot.X_WO);
   if (controller.task) frame.arm = controller.task->arm();

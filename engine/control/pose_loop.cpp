@@ -24,9 +24,9 @@ namespace {
 /// times that across it [Mindlin 1949; ibid., eq. 7.43]. A rolling pulp takes its pressure with it, by R per rad: F R =
 /// 4/3 E* a^3. About the normal it twists with 8/3 (1 - nu) E* a^3 [Reissner and Sagoci 1944; ibid., eq. 3.109].
 Matrix6d pulp_compliance(const Model& model, int k, const Matrix3d& axes, double normal_N) {
-  constexpr double kRigid_m_per_N = 1e-8, kFree_rad_per_Nm = 1e6;
+  constexpr double kHard_m_per_N = 1e-8, kFree_rad_per_Nm = 1e6;
   Vector6d along;
-  along << Vector3d::Constant(kRigid_m_per_N), Vector3d::Constant(kFree_rad_per_Nm);
+  along << Vector3d::Constant(kHard_m_per_N), Vector3d::Constant(kFree_rad_per_Nm);
   if (model.deformable()) {
     const Pulp& pulp = model.pulps[k];
     double per_Pa = softness(pulp.material, normal_N) / pulp.material.reduced_modulus_Pa;
@@ -112,26 +112,6 @@ Vector3d axis_of(const Eigen::Vector3cd& swing) {
   axis.cwiseAbs().maxCoeff(&largest);
   return axis[largest] < 0.0 ? Vector3d(-axis) : axis;
 }
-
-}  // namespace
-
-PoseGains PoseGains::times(double of_position, double of_rotation) const {
-  const auto scaled = [](const PidGains& gains, double by) {
-    return PidGains{by * gains.p, by * gains.i, by * gains.d};
-  };
-  return {scaled(position, of_position), scaled(rotation, of_rotation), centre_m};
-}
-
-PoseGains pose_gains(const Scene& scene) {
-  return {scene.control->position, scene.control->rotation, scene.control->centre_m};
-}
-
-PoseGains pose_gains(const Scene& scene, const Phase& phase) {
-  return {phase.position.value_or(scene.control->position), phase.rotation.value_or(scene.control->rotation),
-          phase.centre_m ? phase.centre_m : scene.control->centre_m};
-}
-
-namespace {
 
 /// Returns the grasp at the start of a scene, held against the weight.
 ControlReport first_grasp(const Model& model, const HandPose& pose, const State& start) {
@@ -263,8 +243,8 @@ void PoseLoop::add_plant(SampledLoop& loop) const {
   loop.B.topRows(6) = moves.asDiagonal() * T_.transpose() * by_command;
 }
 
-// z = (y, I, e): the force control's filter, the PID's integral and its last error. The command is tau of eq. (22), with
-// the posture's.
+// z = (y, I, e): the force control's filter, the PID's integral and its last error. The command is tau of eq. (22),
+// with the posture's.
 void PoseLoop::add_controller(const PoseGains& gains, SampledLoop& loop) const {
   Scene scene = model_.scene;
   scene.control_delay_s = loop.delay * scene.step_s;

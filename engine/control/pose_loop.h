@@ -7,23 +7,13 @@
 #include <vector>
 
 #include "engine/control/controller.h"
+#include "engine/control/pose_gains.h"
 #include "engine/control/sampled_loop.h"
 #include "engine/grasp/model.h"
 #include "engine/hand/hand.h"
 #include "solvers/grasp_problem.h"
 
 namespace thenar {
-
-/// Gains of the loop that brings the object's pose to its target, and the point that those of the position act on.
-struct PoseGains {
-  PidGains position, rotation;
-  std::optional<Eigen::Vector3d> centre_m;  ///< Object frame; nothing: its origin.
-
-  [[nodiscard]] PoseGains times(double of_position, double of_rotation) const;
-};
-/// Returns the scene's gains, and those of a phase of its task.
-[[nodiscard]] PoseGains pose_gains(const Scene& scene);
-[[nodiscard]] PoseGains pose_gains(const Scene& scene, const Phase& phase);
 
 /// The slowest mode of the object's pose loop: its pole over a control period, and the object's motion in it.
 struct PoseMode {
@@ -51,8 +41,8 @@ class PoseLoop {
   /// the start.
   PoseLoop(const Model& model, const ControlReport& solved) : PoseLoop(model, &solved) {}
 
-  /// Returns the loop's delay in steps, beside the sampling: control.feedback_delay, as whole periods, for the laws know
-  /// snapshots of control ticks alone, and time.control_delay.
+  /// Returns the loop's delay in steps, beside the sampling: control.feedback_delay, as whole periods, for the laws
+  /// know snapshots of control ticks alone, and time.control_delay.
   [[nodiscard]] int delay_steps() const;
   /// Returns the matrices of the loop.
   [[nodiscard]] SampledLoop sampled(const PoseGains& gains, int delay_steps) const;

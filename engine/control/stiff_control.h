@@ -62,6 +62,10 @@ class StiffnessControl {
               const PerFinger<GraspContact>& contacts, const FingerForces& more_N, double period_s,
               Eigen::Ref<Eigen::VectorXd> f, StiffnessReport& report);
 
+  /// Returns the problem that was solved last: after a choice that of its forces, else the last that had none.
+  [[nodiscard]] const StiffMuscleData& problem() const { return problem_; }
+  /// Returns K_des, the demand as a whole.
+  [[nodiscard]] const Matrix6d& wanted() const { return wanted_; }
   /// Returns the rise of the internal force in this period.
   [[nodiscard]] double squeeze_N() const { return squeeze_N_; }
 

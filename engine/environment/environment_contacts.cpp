@@ -247,6 +247,8 @@ EnvironmentReport environment_report(const EnvironmentContacts& contacts, const 
     report.penetration_m = std::max(report.penetration_m, -(contact.delta_free[0] + contact.J.row(0).dot(x)));
     report.wrench += contact.J.transpose() * f[i];
     report.normal_N += f[i][0];
+    const int body = contacts.found[i].body;
+    if (body < kToldBodies) report.body_N.col(body) += axes_W(contacts, i) * f[i];
   }
   report.wedged = is_wedged(contacts, f);
   return report;

@@ -29,6 +29,9 @@ struct EnvironmentForce {
 /// Returns the key by which forces are ordered.
 [[nodiscard]] inline auto id_of(const EnvironmentForce& force) { return std::tie(force.body, force.place); }
 
+/// The bodies whose forces a tick's report tells apart: the first ones of the environment. A report has a fixed size.
+inline constexpr int kToldBodies = 16;
+
 /// The interaction of object and environment in a tick.
 struct EnvironmentReport {
   int contacts = 0;            ///< Number within the band.
@@ -37,6 +40,8 @@ struct EnvironmentReport {
   Eigen::Matrix<double, 6, 1> wrench =
       Eigen::Matrix<double, 6, 1>::Zero();  ///< Wrench on the object about its origin, world axes.
   double normal_N = 0.0;                    ///< Sum of the normal forces.
+  /// Force of each told body on the object, a column a body, world axes; 0 for those that are not there.
+  Eigen::Matrix<double, 3, kToldBodies> body_N = Eigen::Matrix<double, 3, kToldBodies>::Zero();
   /// True if two contacts stick and the line through them lies in both friction cones: they can hold the object between
   /// them with any force, and keep it when all others release it [Whitney 1982].
   bool wedged = false;

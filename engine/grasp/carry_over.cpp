@@ -65,7 +65,9 @@ std::int64_t same_time(const Model& from, std::int64_t tick, const Model& to) {
 State carry_over(const Model& from, const State& state, const Model& to) {
   State carried(to);
   std::vector<ContactForce> room = std::move(carried.contact_forces);  // As large as that model's frames.
+  const MuscleVector none = carried.pull_N;
   static_cast<Snapshot&>(carried) = state;
+  if (carried.pull_N.size() != none.size()) carried.pull_N = none;
   carried.contact_forces = std::move(room);
   if (!to.scene.muscles_act()) carried.muscle_N.resize(0);
   carried.tick = same_time(from, state.tick, to);

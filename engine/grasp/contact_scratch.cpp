@@ -22,6 +22,7 @@ ContactScratch::ContactScratch(const Model& model)
       environment_again(environment_of(model)),
       loads(model),
       patches(model) {
+  if (model.scene.muscles_act()) bellies.resize(bellies_of(model.scene.hand).size());
   pose.segments.resize(model.scene.hand.segments.size());
   pose.q = JointVector::Constant(std::ssize(model.scene.hand.joints), std::numeric_limits<double>::quiet_NaN());
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "engine/environment/environment_contacts.h"
 #include "engine/grasp/compliance.h"
@@ -9,6 +10,7 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/patches.h"
 #include "engine/hand/hand.h"
+#include "engine/hand/muscles.h"
 
 namespace thenar {
 
@@ -26,7 +28,8 @@ struct ContactScratch {
   EnvironmentContacts environment_again;  ///< Scratch.
   PulpLoads loads;
   PatchPoints patches;
-  HandPose pose;  ///< Pose of the state after the last tick; q is NaN before the first.
+  std::vector<BellyStretch> bellies;  ///< Of the frame's bellies, for a scene whose muscles act on the contact side.
+  HandPose pose;                      ///< Pose of the state after the last tick; q is NaN before the first.
 };
 
 /// Returns room for the object's contacts with its environment, still to be found; none for a scene without one.

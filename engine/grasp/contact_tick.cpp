@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/acting_muscles.h"
 #include "engine/grasp/environment_tick.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
@@ -76,67 +77,8 @@ void set_hold(bool held, const Frame& frame, ContactMemory& memory, State& state
   state.held = held;
 }
 
-/// What the muscles of finger k that act add: see below. Four joints are usual, and sums of four numbers are quick.
-template <int kJoints>
-void let_finger_act(const Model& model, const Frame& frame, int k, const MuscleVector& f, const JointVector& q,
-                    Drive& drive) {
-  constexpr int kMost = kJoints == Eigen::Dynamic ? kMaxFingerJoints : kJoints;
-  using Square = Eigen::Matrix<double, kJoints, kJoints, 0, kMost, kMost>;
-  using Column = Eigen::Matrix<double, kJoints, 1, 0, kMost, 1>;
-  const auto& gamma = model.scene.control->muscles->short_range;
-  const Fingertip& tip = model.scene.hand.fingertips[k];
-  const Index n = tip.joints;
-  Square stiffness = Square::Zero(n, n), geometric = stiffness;
-  Column torque = Column::Zero(n);
-  for (const Belly& belly : frame.bellies) {
-    if (belly.finger != k) continue;
-    const double f_N = f[belly.muscle], more_N = f_N - frame.muscle_N[belly.muscle];
-    if (f_N == 0.0 && more_N == 0.0) continue;
-    const auto arms = Eigen::Map<const Column>(belly.arms_m.data(), n);
-    torque += more_N * arms;
-    if (!gamma) continue;
-    stiffness += (belly_stiffness(model.scene.hand, belly, *gamma, f_N) * arms).lazyProduct(arms.transpose());
-    geometric -= f_N * Eigen::Map<const Square>(belly.slopes_m.data(), n, n);
-  }
-  auto all = drive.torque.segment<kJoints>(tip.first_joint, n);
-  all += torque;
-  if (!gamma) return;
-  const auto own = [&](const JointVector& v) { return v.segment<kJoints>(tip.first_joint, n); };
-  geometric += Eigen::Map<const Square>(frame.turning[k].data(), n, n);
-  all -= stiffness.lazyProduct(own(q) - own(frame.q_rest)) + geometric.lazyProduct(own(q) - own(frame.q));
-  drive.stiffness[k] = stiffness + geometric;
-}
-
-/// What muscles that act add to the torques of a frame: they are not as far as they are asked to be, they have been
-/// lengthened since, and their arms and the weight's have changed. To the first order; f are their forces now.
-void let_muscles_act(const Model& model, const Frame& frame, const MuscleVector& f, const JointVector& q,
-                     Drive& drive) {
-  for (int k = 0; k < model.fingers(); ++k) {
-    const bool is_usual = model.scene.hand.fingertips[k].joints == 4;
-    (is_usual ? let_finger_act<4> : let_finger_act<Eigen::Dynamic>)(model, frame, k, f, q, drive);
-  }
-  if (drive.stiffness.size() > 0) add_stiffness(model.scene, drive.stiffness, drive.mobility);
-}
-
-/// Muscles' forces a step later: exactly for the time constants of its beginning. A state that has none yet begins with
-/// what is asked for.
-void activate(const Model& model, const Frame& frame, State& state) {
-  const auto& activation = model.scene.control->muscles->activation;
-  if (!activation || state.muscle_N.size() != frame.muscle_N.size()) {
-    state.muscle_N = frame.muscle_N;
-    return;
-  }
-  MuscleVector steps(state.muscle_N.size());  // In time constants.
-  const double rise = model.scene.step_s / activation->rise_s, fall = model.scene.step_s / activation->fall_s;
-  for (Index m = 0; m < steps.size(); ++m) {
-    const double f_N = state.muscle_N[m], slowness = 0.5 + 1.5 * f_N / model.scene.hand.muscles[m].max_force_N;
-    steps[m] = frame.muscle_N[m] > f_N ? rise / slowness : fall * slowness;
-  }
-  state.muscle_N = frame.muscle_N.array() + (state.muscle_N - frame.muscle_N).array() * (-steps.array()).exp();
-}
-
-Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, const HandPose& pose, ContactMemory& memory,
-            const State& state) {
+Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, const State& state, ContactMemory& memory,
+            ContactScratch& work) {
   const Scene& scene = model.scene;
   // Muscles that have stiffness hold a posture by themselves.
   const bool are_stiff = has_stiff_muscles(scene), held = state.held && !are_stiff;
@@ -146,13 +88,14 @@ Drive drive(const Model& model, const Frame& frame, const Vector6d& wrench, cons
   if (scene.hand.slides) drive_slides(scene, static_cast<double>(state.tick) * scene.step_s, state.q, drive.torque);
   memory.resumed_Nm *= std::exp(-scene.step_s / kResume_s);
   memory.torque_Nm = drive.torque;
-  if (frame.muscle_N.size() > 0) let_muscles_act(model, frame, state.muscle_N, state.q, drive);
+  if (scene.muscles_act()) let_muscles_act(model, frame, state, work.bellies, drive.torque, drive.stiffness);
+  if (drive.stiffness.size() > 0) add_stiffness(scene, drive.stiffness, drive.mobility);
   // The points where weight and push act have turned with the object since the snapshot.
   const double asked_s = static_cast<double>(frame.tick) * scene.step_s;
   const double now_s = model.loads_vary() ? static_cast<double>(state.tick) * scene.step_s : asked_s;
   drive.wrench += model.external_wrench(now_s, state.X_WO) - model.external_wrench(asked_s, frame.X_WO);
   if (scene.task.arm) {
-    drive.torque -= gravity_torques(scene.hand, pose, model.gravity(now_s) - model.gravity(asked_s));
+    drive.torque -= gravity_torques(scene.hand, work.pose, model.gravity(now_s) - model.gravity(asked_s));
   }
   if (const auto& spring = scene.task.spring) {
     const double end_s = static_cast<double>(state.tick + 1) * scene.step_s;
@@ -457,11 +400,11 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
     find_gaps(model, frame, state, work.kinematics);
   }
   follow(frame.arm, static_cast<double>(state.tick) * scene.step_s, state.arm);
-  if (frame.muscle_N.size() > 0) activate(model, frame, state);
+  if (scene.muscles_act()) activate(model, frame, state);
   report.held = must_hold(model, frame, state, memory, work);
   if (report.held != state.held) set_hold(report.held, frame, memory, state);
   const Vector6d extra = report.input_refused ? Vector6d(Vector6d::Zero()) : input.wrench;
-  const Drive drive = thenar::drive(model, frame, extra, work.pose, memory, state);
+  const Drive drive = thenar::drive(model, frame, extra, state, memory, work);
 
   if (!scene.task.friction.empty()) work.mu.setConstant(mu);
   find_jacobians(model, frame, work.pose, state, work.kinematics);
@@ -475,6 +418,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   const bool moved =
       report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work.kinematics, memory.f, motion, state);
   ++state.tick;
+  if (moved && scene.has_muscles()) report.yielded = take_pulls(model, frame, work.bellies, motion.dq, state);
   if (moved && scene.environment) keep_environment(memory, work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {

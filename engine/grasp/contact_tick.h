@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/grasp/acting_muscles.h"
 #include "engine/grasp/contact_memory.h"
 #include "engine/grasp/contact_scratch.h"
 #include "engine/grasp/frame.h"
@@ -49,6 +50,7 @@ struct TickReport {
   PerFinger<SmallPatch> small;   ///< Small patches of loaded fingers.
   PerFinger<PatchReport> patch;
   EnvironmentReport environment;  ///< Report for a scene with an environment.
+  YieldedFibres yielded;          ///< Fibres at the end of the tick.
   JointVector stop_Nm;            ///< Torques of the stops at the ends of the joints' ranges: see JointStops.
   double assemble_s = 0.0;        ///< Time of hand-over, drive, gaps and Jacobians: the parts of W.
   double solve_s = 0.0;           ///< Time of free motion, Gauss-Seidel and commit.

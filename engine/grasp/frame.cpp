@@ -98,8 +98,8 @@ Frame::Frame(const Model& model)
   if (model.soft_object()) object_kernel.setZero(model.max_contacts, model.max_contacts);
   X_WO.setIdentity();
   torque_Nm = q = q_rest = model.scene.hand.at_zero();
+  if (model.scene.has_muscles()) muscle_N.setZero(std::ssize(model.scene.hand.muscles));
   if (model.scene.muscles_act()) {
-    muscle_N.setZero(std::ssize(model.scene.hand.muscles));
     bellies = bellies_of(model.scene.hand);
     turning = PerFinger<JointMatrix>(model.fingers());
   }

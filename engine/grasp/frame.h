@@ -74,8 +74,8 @@ struct Frame {
   Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
   JointVector torque_Nm;                      ///< tau - g: drive of the fingers without contact and
                                               ///< without their slides' own forces.
+  MuscleVector muscle_N;                      ///< Commanded muscle forces f of tau = H f; empty without muscles.
   // For a scene whose muscles act on the contact side (Scene::muscles_act), else empty:
-  MuscleVector muscle_N;           ///< Commanded muscle forces f of tau = H f.
   std::vector<Belly> bellies;      ///< Bellies at the snapshot.
   JointVector q;                   ///< Joint angles at the snapshot, to which the above refers.
   JointVector q_rest;              ///< q_0: joint angles to which the commands of lengthened muscles refer.

@@ -74,9 +74,13 @@ void find_displacements(const Model& model, const Frame& frame, const ContactKin
 PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& load, double mu, double step_s) {
   PatchReport report;
   if (patch.empty()) return report;
-  Vector3d slip = Vector3d::Zero();
-  for (const PatchPoint& point : patch) slip += point.normal_N * point.d_W;
+  Vector3d& slip = report.slip_W;
+  for (const PatchPoint& point : patch) {
+    slip += point.normal_N * point.d_W;
+    report.dent_O += point.normal_N * point.u_end_O;
+  }
   slip /= load.normal_N;
+  report.dent_O /= load.normal_N;
   report.slip_m = slip.norm();
 
   double turn = 0.0, inertia = 0.0, moment_Nm = 0.0, lever_Nm = 0.0;  // lever: sum of f_n |r|
@@ -96,7 +100,7 @@ PatchReport patch_report(std::span<const PatchPoint> patch, const FingerLoad& lo
   }
 
   constexpr double kPoint_m = 1e-9;  // A smaller patch is a point, which neither turns nor carries torsion.
-  if (inertia > kPoint_m * kPoint_m * load.normal_N) report.spin_rad = std::abs(turn) / inertia;
+  if (inertia > kPoint_m * kPoint_m * load.normal_N) report.spin_rad = turn / inertia;
   if (mu > 0.0 && lever_Nm > kPoint_m * load.normal_N) {
     report.moment_Nm = moment_Nm;
     report.moment_limit_Nm = mu * lever_Nm;

@@ -25,10 +25,12 @@ inline constexpr double kMoves_m_per_s = 1e-6;
 /// Motion of a finger's patch against the object in a tick, from that of its loaded points, and the margin of its force
 /// to the friction limit.
 struct PatchReport {
-  double slip_m = 0.0;         ///< Size of the mean displacement of its points, weighted by normal force.
-  double spin_rad = 0.0;       ///< Size of its turn about the mean normal, through the pressure centre; 0 of a point.
+  Eigen::Vector3d slip_W = Eigen::Vector3d::Zero();  ///< Mean displacement of its points, weighted by normal force.
+  double slip_m = 0.0;                               ///< Its size.
+  double spin_rad = 0.0;       ///< Turn about the mean normal, through the pressure centre; signed; 0 of a point.
   double sliding_share = 0.0;  ///< Share of the normal force on points that slide: on their cone's surface, and moving.
   double creep_m_per_s = 0.0;  ///< Speed of the fastest loaded point inside its cone: it should stick.
+  Eigen::Vector3d dent_O = Eigen::Vector3d::Zero();  ///< Mean u_o of a soft object at its points, weighted likewise.
   double moment_Nm = 0.0;  ///< Torsion M_n: of its forces about the mean normal through the pressure centre; signed.
   double moment_limit_Nm = 0.0;  ///< M_max = mu sum f_n,i |r_i|, the most that its pressure can carry; 0 of a point.
   /// Margin before it slides, by the ellipsoid between friction and torsion [Goyal, Ruina, Papadopoulos 1991;

@@ -1,11 +1,37 @@
 #include "engine/grasp/scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 namespace thenar {
 
 using Eigen::Index;
+
+namespace {
+
+/// The axes about which a body looks the same at all angles.
+struct Revolution {
+  static constexpr int kNone = -1, kAll = 3;
+
+  int operator()(const SphereShape&) const { return kAll; }
+  int operator()(const CylinderShape&) const { return 2; }
+  int operator()(const Mug& mug) const { return mug.handle ? kNone : 2; }
+  int operator()(const EllipsoidShape& ellipsoid) const {
+    const auto& size_m = ellipsoid.size_m;
+    if (size_m[0] == size_m[1]) return size_m[1] == size_m[2] ? kAll : 2;
+    return size_m[1] == size_m[2] ? 0 : size_m[0] == size_m[2] ? 1 : kNone;
+  }
+  int operator()(const SuperquadricShape& shape) const {
+    const bool is_round = shape.size_m[0] == shape.size_m[1] && shape.exponents.east_west == 1.0;
+    if (!is_round) return kNone;
+    return shape.size_m[1] == shape.size_m[2] && shape.exponents.north_south == 1.0 ? kAll : 2;
+  }
+  int operator()(const BoxShape&) const { return kNone; }
+  int operator()(const CloudShape&) const { return kNone; }
+};
+
+}  // namespace
 
 Eigen::VectorXd DriveTable::at(double at_s) const {
   const Index last = time_s.size() - 1;
@@ -33,6 +59,14 @@ std::optional<ExactShape> exact_shape_of(const Shape& shape) {
         }
       },
       shape);
+}
+
+double turn_rad(const Shape& shape, const Eigen::Matrix3d& R_goal, const Eigen::Matrix3d& R) {
+  const int axis = std::visit(Revolution(), shape);
+  if (axis == Revolution::kAll) return 0.0;
+  if (axis == Revolution::kNone) return Eigen::AngleAxisd(Eigen::Matrix3d(R_goal.transpose() * R)).angle();
+  const Eigen::Vector3d goal = R_goal.col(axis), now = R.col(axis);
+  return std::atan2(goal.cross(now).norm(), goal.dot(now));
 }
 
 const char* to_string(Phase::Kind kind) {

@@ -16,6 +16,7 @@
 #include "engine/environment/environment.h"
 #include "engine/grasp/pulp.h"
 #include "engine/hand/hand.h"
+#include "engine/hand/muscles.h"
 #include "solvers/grasp_forces.h"
 
 namespace thenar {
@@ -116,6 +117,7 @@ struct ObjectStiffness {
 struct MuscleSettings {
   std::optional<Activation> activation;             ///< Nothing: forces act at once.
   std::optional<double> short_range;                ///< gamma of k = gamma f / L; nothing: lengths change no force.
+  double short_range_strain = kShortRangeStrain;    ///< Strain of the fibres up to which this holds.
   std::optional<ObjectStiffness> object_stiffness;  ///< Nothing: least forces. Only for muscles with stiffness.
   std::optional<double> frozen_from_s;              ///< Start of constant excitations; nothing: never.
 
@@ -225,6 +227,15 @@ struct Phase {
 /// "approach", "close", "load", "lift", "move", "insert", "place", "release".
 [[nodiscard]] const char* to_string(Phase::Kind kind);
 
+/// Where the object should be at the end, in the axes in which the bodies of the environment are placed: the arm's
+/// displacement does not change them. What is not named is not judged.
+struct TaskGoal {
+  std::optional<Eigen::Vector3d> position_m;
+  std::optional<Eigen::Matrix3d> rotation;
+  double within_m = 2e-3;                              ///< Largest distance from the position.
+  double within_rad = 5.0 * std::numbers::pi / 180.0;  ///< Largest angle: see turn_rad.
+};
+
 struct TaskSettings {
   std::vector<Phase> phases;  ///< One after the other; none: nothing but times.
   std::optional<Move> translate, rotate;
@@ -233,6 +244,7 @@ struct TaskSettings {
   std::optional<Arm> arm;
   std::vector<FrictionStep> friction;  ///< Ordered by time.
   std::optional<double> lost_m;  ///< A finger that has slid so far has lost the object; nothing: its pulp's radius.
+  std::optional<TaskGoal> goal;  ///< Nothing: the object's pose at the end is not judged.
 };
 
 /// Allowed error of a scene against its full model where parts are left out: the object's path, rms and at the end, and
@@ -264,6 +276,10 @@ struct GraspWish {
 
 /// Returns the surface of a shape that has a formula; nothing for one from a file.
 [[nodiscard]] std::optional<ExactShape> exact_shape_of(const Shape& shape);
+
+/// Returns the angle by which a body with rotation R is turned against R_goal, without what cannot be seen: any turn of
+/// a sphere, and the turn of a body of revolution about its axis.
+[[nodiscard]] double turn_rad(const Shape& shape, const Eigen::Matrix3d& R_goal, const Eigen::Matrix3d& R);
 
 /// Contents of a scene file, in SI. Parts that it does not name are absent and cost nothing.
 struct Scene {

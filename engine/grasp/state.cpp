@@ -13,6 +13,7 @@ State::State(const Model& model) {
   q = model.scene.posture;
   load = PerFinger<FingerLoad>(model.fingers());
   for (int k = 0; k < model.fingers() && model.start; ++k) load[k] = (*model.start)[k].load;
+  if (model.scene.has_muscles()) pull_N.setZero(std::ssize(model.scene.hand.muscles));
   if (model.feels()) touch = PerFinger<Touch>(model.fingers());
   pulp_energy_J = PerFinger<double>(model.fingers());
   X_WO = model.scene.object.X_WO;

@@ -69,7 +69,12 @@ struct Snapshot {
   JointVector q;           ///< [rad]
   Eigen::Isometry3d X_WO;  ///< Pose of the object.
   PerFinger<FingerLoad> load;
-  MuscleVector muscle_N;   ///< Muscle forces, for a scene whose muscles act on the contact side.
+  /// Forces f of the muscles by activation alone, for a scene whose muscles act on the contact side; else none.
+  MuscleVector muscle_N;
+  /// Forces with which the muscles pulled in the last tick, for a scene with muscles: f and the effect of the stretch
+  /// at its end; without activation and stiffness, the commands of the frame. A muscle with a belly on each of several
+  /// fingers pulls with the sum of its bellies. Zero before the first tick.
+  MuscleVector pull_N;
   PerFinger<Touch> touch;  ///< Touch, for a scene that names it; else empty.
   /// Sorted contact forces, then entries of no finger, for a scene that chooses its stiffness; else none.
   std::vector<ContactForce> contact_forces;

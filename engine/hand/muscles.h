@@ -1,6 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -49,6 +52,13 @@ void find_bellies(const Hand& hand, const HandPose& pose, std::span<Belly> belli
 /// cross-bridges: Cui et al. 2008 (J Biomech 41:1945).
 inline constexpr double kShortRange = 23.4;
 
+/// Strain of the fibres up to which that stiffness holds; beyond it cross-bridges let go, and the force no longer
+/// changes with length. The literature has 0.0057 (De Groote et al. 2017, J Biomech 55:71, for a ten times larger
+/// gamma) up to 0.038, where a spring and a damper still describe 90 % of the force (Kirsch et al. 1994, IEEE Trans
+/// Biomed Eng 41:758). With gamma and 0.02 fibres yield at 1.47 f, near the 1.4 times their isometric force at which
+/// lengthening muscles level off in Thelen 2003 (J Biomech Eng 125:70).
+inline constexpr double kShortRangeStrain = 0.02;
+
 /// Returns k = (L / (gamma f) + 1 / k_t)^-1, of fibres in series with their tendon [N/m]; 0 without force. Needs the
 /// fibres' length. With a share s, k / s.
 [[nodiscard]] inline double muscle_stiffness(const Muscle& muscle, double gamma, double force_N, double share = 1.0) {
@@ -58,6 +68,22 @@ inline constexpr double kShortRange = 23.4;
 /// Returns k / s of a belly whose muscle pulls with f: with h of the belly, its finger gets (k / s) h h' [N/m].
 [[nodiscard]] inline double belly_stiffness(const Hand& hand, const Belly& belly, double gamma, double force_N) {
   return muscle_stiffness(hand.muscles[belly.muscle], gamma, force_N, belly.share);
+}
+
+/// Effect of a belly's stretch in a tick. With arms h and the force f of its muscle, it drives its finger by h (f + x),
+/// and pulls with s (f + x) itself.
+struct BellyStretch {
+  double more_N = 0.0;             ///< x, at the start of the tick.
+  double stiffness_N_per_m = 0.0;  ///< k / s, by which x changes with -h' dq; 0: its fibres yield.
+};
+
+/// Returns the force x of a belly whose fibres have yielded to a stretch that by their stiffness would make it
+/// `elastic_N`: at most gamma r f, lengthened, and at least -gamma r f, shortened, but never below -f, as a muscle does
+/// not push. Nothing: the fibres are within their range r.
+[[nodiscard]] inline std::optional<double> yielded_N(double gamma, double range, double force_N, double elastic_N) {
+  const double most_N = gamma * range * force_N;
+  if (!(std::abs(elastic_N) > most_N)) return std::nullopt;
+  return elastic_N > 0.0 ? most_N : -std::min(most_N, force_N);
 }
 
 /// Computes H f.

@@ -34,6 +34,7 @@ std::size_t most_touches(const Scene& scene) {
 Picture::Picture(const Model& model) : step_s(model.scene.step_s) {
   snapshot.q = model.scene.posture;
   snapshot.X_WO = model.scene.object.X_WO;
+  if (model.scene.has_muscles()) snapshot.pull_N.setZero(std::ssize(model.scene.hand.muscles));
   for (const Pulp& pulp : model.pulps) u_m.emplace_back(Eigen::MatrixX3d::Zero(pulp.controls(), 3));
   contacts.reserve(model.max_contacts);
   touches.reserve(most_touches(model.scene));

@@ -96,7 +96,7 @@ struct GraspRun : Run {
 struct ControlTick {
   double time_s;  ///< Time of its snapshot.
   const ControlReport& report;
-  const Eigen::VectorXd& muscle_forces_N;  ///< Invalid in a scene without muscles.
+  const Eigen::VectorXd& muscle_forces_N;  ///< Forces asked for. Invalid in a scene without muscles.
   const GraspRun* run = nullptr;           ///< The run at the snapshot; null with several threads.
 };
 
@@ -105,7 +105,7 @@ struct Tick {
   const Snapshot& after;  ///< State after it.
   const TickReport& contact;
   const ControlReport& control;            ///< Result of the last control tick; with several threads, of the frame's.
-  const Eigen::VectorXd& muscle_forces_N;  ///< Forces of that control tick.
+  const Eigen::VectorXd& muscle_forces_N;  ///< Forces that that control tick asked for; Snapshot::pull_N act.
   bool controlled = false;                 ///< True if that control tick ran just before it, or its frame is new.
   double display_s = 0.0;                  ///< Time to show the deformed fingertips: 60 times a second, else 0.
   const GraspRun* run = nullptr;           ///< The run; null with several threads.

@@ -73,8 +73,8 @@ void members(Archive& a, ArmOrder& x) {
 
 template <typename Archive>
 void members(Archive& a, Snapshot& x) {
-  auto& [tick, q, X_WO, load, muscle_N, touch, contact_forces, arm, X_WT, held] = x;
-  a(tick, q, X_WO, load, muscle_N, touch, contact_forces, arm, X_WT, held);
+  auto& [tick, q, X_WO, load, muscle_N, pull_N, touch, contact_forces, arm, X_WT, held] = x;
+  a(tick, q, X_WO, load, muscle_N, pull_N, touch, contact_forces, arm, X_WT, held);
 }
 
 template <typename Archive>
@@ -174,11 +174,17 @@ void members(Archive& a, Sensed& x) {
 }
 
 template <typename Archive>
+void members(Archive& a, PhaseLack& x) {
+  auto& [fault, value, bound, finger] = x;
+  a(fault, value, bound, finger);
+}
+
+template <typename Archive>
 void members(Archive& a, TaskReport& x) {
   auto& [phase, since_s, holds, grasps, poses, integrates, speed_m_per_s, has_touched, touch_N, X_WT, weight_share,
-         squeeze_N, fault, finger, value, bound, way_m, failed_s] = x;
+         squeeze_N, lack, has_failed, at_s, arm_way_m, object_way_m] = x;
   a(phase, since_s, holds, grasps, poses, integrates, speed_m_per_s, has_touched, touch_N, X_WT, weight_share,
-    squeeze_N, fault, finger, value, bound, way_m, failed_s);
+    squeeze_N, lack, has_failed, at_s, arm_way_m, object_way_m);
 }
 
 template <typename Archive>

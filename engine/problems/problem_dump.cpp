@@ -44,10 +44,14 @@ GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report) {
   return grasp;
 }
 
-MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report) {
+MusclesFile muscle_problem_file(const Controller& controller, const ControlReport& report) {
+  if (report.stiffness.share > 0.0) {
+    return StiffMuscleFile{controller.stiffness->problem(), {}, "optimal", controller.f_muscle};
+  }
   MuscleFile muscles;
   muscles.H = controller.H;
   muscles.tau = report.torques_desired_Nm;
+  muscles.limit = controller.most_N;
   if (report.muscle == MuscleStatus::kOptimal) {
     muscles.status = "optimal";
     muscles.f_optimal = controller.f_muscle;
@@ -57,11 +61,21 @@ MuscleFile muscle_problem_file(const Controller& controller, const ControlReport
   return muscles;
 }
 
+std::optional<StiffMuscleFile> unmet_stiffness_file(const Controller& controller, const ControlReport& report) {
+  if (!report.stiffness.is_infeasible) return std::nullopt;
+  // What has no forces for a share of K_des has none for more.
+  StiffMuscleFile stiff{controller.stiffness->problem(), {}, "infeasible", {}};
+  stiff.K_des = controller.stiffness->wanted();
+  return stiff;
+}
+
 bool ProblemDump::see_control(const ControlTick& tick) {
   const Scene& scene = tick.run->model.scene;
   if (!scene.control) return true;
   grasp_ = grasp_problem_file(scene, tick.report);
-  if (scene.control->muscles) muscle_ = muscle_problem_file(tick.run->controller, tick.report);
+  if (!scene.control->muscles) return true;
+  muscle_ = muscle_problem_file(tick.run->controller, tick.report);
+  unmet_ = unmet_stiffness_file(tick.run->controller, tick.report);
   return true;
 }
 
@@ -79,9 +93,11 @@ bool ProblemDump::see_tick(const Tick& done) try {
     write(contact, "contact", "fcp");
   }
   if (grasp_) write(*grasp_, "grasp", "json");
-  if (muscle_) write(*muscle_, "muscle", "json");
+  if (muscle_) std::visit([&](auto& problem) { write(problem, "muscle", "json"); }, *muscle_);
+  if (unmet_) write(*unmet_, "stiffness", "json");
   grasp_.reset();
   muscle_.reset();
+  unmet_.reset();
   return true;
 } catch (const FileError& error) {
   fault_ = error;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <variant>
 
 #include "engine/control/control_tick.h"
 #include "engine/formats/files.h"
@@ -22,12 +23,21 @@ namespace thenar {
 /// internal force, if any, and its optima for both cones by solve_grasp_forces; without an answer the file states none.
 [[nodiscard]] GraspFile grasp_problem_file(const Scene& scene, const ControlReport& report);
 
-/// Returns the muscle-force problem of the last control tick, and its answer.
-[[nodiscard]] MuscleFile muscle_problem_file(const Controller& controller, const ControlReport& report);
+/// The problem that the muscle forces of a run solve: the least ones, or those under an object stiffness.
+using MusclesFile = std::variant<MuscleFile, StiffMuscleFile>;
+
+/// Returns the muscle-force problem that the last control tick solved, and its answer.
+[[nodiscard]] MusclesFile muscle_problem_file(const Controller& controller, const ControlReport& report);
+
+/// Returns the problem of the whole object stiffness that the last control tick was asked for, if it had no forces for
+/// it: then it solved one of a share, or that of the least forces.
+[[nodiscard]] std::optional<StiffMuscleFile> unmet_stiffness_file(const Controller& controller,
+                                                                  const ControlReport& report);
 
 /// A watcher that writes the problems of a run into a folder: of every Nth contact tick T, counted from 0,
 /// contact-T.fcp (if the frame has contacts), and of the last control tick up to there, if not yet written,
-/// grasp-T.json and muscle-T.json. T has six digits or more.
+/// grasp-T.json, muscle-T.json and, where it was asked for more stiffness than there is, stiffness-T.json. T has six
+/// digits or more.
 class ProblemDump : public Watcher {
  public:
   /// Requires a writable folder and every >= 1.
@@ -48,8 +58,10 @@ class ProblemDump : public Watcher {
   std::int64_t every_;
   int files_ = 0;
   std::optional<FileError> fault_;
-  std::optional<GraspFile> grasp_;    // of the last control tick, not yet written
-  std::optional<MuscleFile> muscle_;  // likewise
+  // Of the last control tick, not yet written:
+  std::optional<GraspFile> grasp_;
+  std::optional<MusclesFile> muscle_;
+  std::optional<StiffMuscleFile> unmet_;
 };
 
 }  // namespace thenar

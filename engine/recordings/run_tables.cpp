@@ -107,7 +107,8 @@ std::string run_npz(const RecordedRun& run, const std::filesystem::path& file) {
 }
 
 std::string run_sto(const RecordedRun& run, const std::filesystem::path& file) {
-  const RowMatrix times_s = run.field("time_s"), q_m = run.field("q_m"), forces_N = run.field("muscles_N");
+  const RowMatrix times_s = run.field("time_s"), q_m = run.field("q_m"), pulls_N = run.field("muscles_N");
+  const RowMatrix forces_N = pulls_N.cols() > 0 ? pulls_N : run.field(kUnstretched);
   const RowMatrix q = q_m.cols() > 0 ? q_m : run.field("q_rad");
   if (times_s.cols() != 1 || q.cols() + forces_N.cols() == 0) {
     throw FileError(file, "has nothing to hold: neither joint angles nor muscle forces were recorded");

@@ -20,7 +20,11 @@ constexpr std::array<std::array<std::string_view, 2>, 4> kOldNames = {{{"force_n
                                                                        {"desired_n_N", "desired_normal_N"},
                                                                        {"desired_t_N", "desired_tangential_N"}}};
 
+constexpr TickField kUnstretchedForces{
+    .name = kUnstretched, .unit = "N", .of = Of::kMuscle, .shown = "unstretched", .shown_unit = "N"};
+
 const TickField* field_of(std::string_view name) {
+  if (name == kUnstretched) return &kUnstretchedForces;
   const auto* const old = std::ranges::find(kOldNames, name, [](const auto& names) { return names[0]; });
   return tick_field(old == kOldNames.end() ? name : (*old)[1]);
 }
@@ -46,6 +50,8 @@ std::string_view owner_of(Of of, std::size_t i, const SignalNames& names) {
       return name(names.fingers, 1);
     case Of::kFingerAxis:
       return name(names.fingers, 3);
+    case Of::kBodyAxis:
+      return name(names.bodies, 3);
     case Of::kJoint:
       return name(names.joints, 1);
     case Of::kMuscle:
@@ -66,6 +72,7 @@ SignalColumn named(const TickField& field, std::size_t i, const SignalNames& nam
       if (!owner.empty()) column.name = joined({owner, field.shown, field.shown_unit});
       break;
     case Of::kFingerAxis:
+    case Of::kBodyAxis:
       if (!owner.empty()) column.name = joined({owner, field.shown, kAxes[i % 3], field.shown_unit});
       break;
     case Of::kAxis:
@@ -92,6 +99,9 @@ SignalNames signal_names(const Model& model) {
   for (const Fingertip& tip : model.scene.hand.fingertips) names.fingers.push_back(tip.finger);
   for (const Joint& joint : model.scene.hand.joints) names.joints.push_back(joint.name);
   for (const Muscle& muscle : model.scene.hand.muscles) names.muscles.push_back(muscle.name);
+  if (const auto& environment = model.scene.environment) {
+    for (const EnvironmentBody& body : environment->bodies) names.bodies.push_back(body.name);
+  }
   return names;
 }
 
@@ -103,6 +113,9 @@ SignalNames signal_names(const ordered_json& scene) {
   for (const ordered_json& joint : scene.value("joints", ordered_json::array())) names.joints.push_back(joint);
   for (const ordered_json& muscle : scene.value("muscles", ordered_json::array())) {
     names.muscles.push_back(muscle.at("name"));
+  }
+  for (const ordered_json& body : scene.value("bodies", ordered_json::array())) {
+    names.bodies.push_back(body.at("name"));
   }
   return names;
 }

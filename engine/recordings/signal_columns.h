@@ -11,7 +11,7 @@ namespace thenar {
 
 /// Names of the owners of a state's numbers.
 struct SignalNames {
-  std::vector<std::string> fingers, joints, muscles;
+  std::vector<std::string> fingers, joints, muscles, bodies;
 };
 [[nodiscard]] SignalNames signal_names(const Model& model);
 /// Returns the names of a recording's scene. One that was made before 0.8 does not name its joints.
@@ -23,6 +23,10 @@ struct SignalColumn {
   std::size_t at = 0;      ///< Index in the state message.
   double factor = 1.0;     ///< Factor by which the number is multiplied.
 };
+
+/// Name of the field `muscles_N` of recordings before version 3 whose muscles had stiffness, as it is read: it lacked
+/// what the stretch adds.
+inline constexpr const char* kUnstretched = "muscles_unstretched_N";
 
 /// Returns true if the numbers of a field have names; those of shapes have none.
 [[nodiscard]] bool is_signal(const Field& field);

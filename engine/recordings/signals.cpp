@@ -24,9 +24,11 @@ struct Layout {
 };
 
 TickView view_at(const Model& model, const Recording& recording, std::size_t i) {
-  const Eigen::MatrixXd& all = recording.muscle_forces_N;
-  const auto rows = static_cast<std::size_t>(all.rows());
-  return view_of(model, recording.ticks[i], {rows > 0 ? all.col(static_cast<Index>(i)).data() : nullptr, rows});
+  const auto column = [i](const Eigen::MatrixXd& all) -> std::span<const double> {
+    if (all.rows() == 0) return {};
+    return {all.col(static_cast<Index>(i)).data(), static_cast<std::size_t>(all.rows())};
+  };
+  return view_of(model, recording.ticks[i], column(recording.muscle_forces_N), column(recording.muscles_asked_N));
 }
 
 bool is_of_fingers(const std::pair<const TickField*, Field>& field) { return field.first->of == Of::kFinger; }
@@ -34,7 +36,7 @@ bool is_of_fingers(const std::pair<const TickField*, Field>& field) { return fie
 Layout layout_of(const Model& model) {
   const TickRecord blank(model.scene.hand);
   const std::vector<double> muscle_N(model.scene.has_muscles() ? model.scene.hand.muscles.size() : 0);
-  const TickView view = view_of(model, blank, muscle_N);
+  const TickView view = view_of(model, blank, muscle_N, muscle_N);
   const SignalNames names = signal_names(model);
   Layout layout;
   std::vector<double> numbers;

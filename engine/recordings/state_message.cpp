@@ -57,15 +57,9 @@ std::vector<double> segment_poses(const Hand& hand, const JointVector& q) {
 
 /// Calls sink(field, numbers) for each field of the scene, in order: what lies before the contacts of a state message.
 template <class Sink>
-void for_each_field(const Model& model, const Picture& picture, const TickRecord& tick,
-                    const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, Sink&& sink) {
+void for_each_field(const Model& model, const Picture& picture, const TickRecord& tick, const Eigen::VectorXd& asked_N,
+                    const LoopFigures& loops, Sink&& sink) {
   const Snapshot& now = picture.snapshot;
-  const bool acts = now.muscle_N.size() > 0;
-  std::span<const double> muscle_N;
-  if (model.scene.has_muscles() || acts) {
-    const double* const first = acts ? now.muscle_N.data() : muscle_forces_N.data();
-    muscle_N = {first, static_cast<std::size_t>(acts ? now.muscle_N.size() : muscle_forces_N.size())};
-  }
   std::optional<ShownStiffness> stiffness;
   if (model.scene.chooses_stiffness()) stiffness = shown_stiffness(model, now, tick.stiffness);
   std::optional<ShownEnvironment> environment;
@@ -76,7 +70,8 @@ void for_each_field(const Model& model, const Picture& picture, const TickRecord
                       .q = now.q,
                       .X_WO = now.X_WO,
                       .load = now.load,
-                      .muscle_N = muscle_N,
+                      .muscle_N = {now.pull_N.data(), static_cast<std::size_t>(now.pull_N.size())},
+                      .asked_N = {asked_N.data(), static_cast<std::size_t>(asked_N.size())},
                       .stiffness = stiffness ? &*stiffness : nullptr,
                       .picture = &picture,
                       .environment = environment ? &*environment : nullptr,
@@ -307,7 +302,11 @@ void write_state_message(const Model& model, const Picture& picture, const TickR
 
 std::vector<double> read_state_message(std::string_view bytes) {
   const auto is_of = [&](std::uint16_t version) { return bytes.starts_with(header(MessageKind::kState, version)); };
-  if (!is_of(kMessageVersion) && !is_of(kOldestMessageVersion)) return {};
+  bool is_known = false;
+  for (auto version = kOldestMessageVersion; version <= kMessageVersion; ++version) {
+    is_known = is_known || is_of(version);
+  }
+  if (!is_known) return {};
   if ((bytes.size() - kHeader) % sizeof(double) != 0) return {};
   std::vector<double> numbers((bytes.size() - kHeader) / sizeof(double));
   std::memcpy(numbers.data(), bytes.data() + kHeader, numbers.size() * sizeof(double));

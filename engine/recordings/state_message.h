@@ -17,7 +17,7 @@
 /// Messages of a grasp for windows and recordings; docs/reference/window.md has the format.
 namespace thenar {
 
-inline constexpr std::uint16_t kMessageVersion = 2, kOldestMessageVersion = 1;  ///< Versions written, and still read.
+inline constexpr std::uint16_t kMessageVersion = 3, kOldestMessageVersion = 1;  ///< Versions written, and still read.
 enum class MessageKind : std::uint16_t { kGeometry = 1, kState = 2 };
 
 /// A named part of a state message, or of a contact's row in it: float64 values begin .. begin + count.
@@ -43,8 +43,8 @@ struct Field {
 /// the scene's message.
 [[nodiscard]] std::string geometry_message(const Model& model, const TriangleMesh& surface = {});
 
-/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those of the frame in use; not read in
-/// a scene without muscles. The message replaces what is in `bytes`.
+/// Writes one instant. `tick`: record of the picture's tick. `muscle_forces_N`: those that its control tick asked for;
+/// not read in a scene without muscles. The message replaces what is in `bytes`.
 void write_state_message(const Model& model, const Picture& picture, const TickRecord& tick,
                          const Eigen::VectorXd& muscle_forces_N, const LoopFigures& loops, std::string& bytes);
 

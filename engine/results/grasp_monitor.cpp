@@ -12,24 +12,16 @@
 #include "engine/control/pose_loop.h"
 #include "engine/finder/grasp_deficit.h"
 #include "engine/results/loop_words.h"
-#include "engine/results/task_results.h"
 
 namespace thenar {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kChatterWindow_s = 0.3;
 constexpr double kStillSoft_s = 0.3;       // A stiffness that was lacking so lately still is.
 constexpr double kRests_s = 0.3;           // A finger that has not slid for so long sticks again.
 constexpr double kStopsWithin_rad = 1e-6;  // Of the ends of their ranges joints come to rest.
 constexpr double kAnyFriction = 0.01;      // A grasp that so little friction would close is closed by any.
 constexpr std::size_t kMostNamed = 3;      // Limits passed; a reason counts the others.
-
-/// The oldest frame that a chatter is looked for at, in ticks: beyond it a frame is held, and no loop goes through it.
-std::size_t most_stride(const Scene& scene) {
-  return 2 + static_cast<std::size_t>(std::ceil((4.0 * scene.control_period_s + scene.control_delay_s) / scene.step_s));
-}
 
 /// The fingers that are not there, and how far away they are; empty: all touch the object, or nearly do.
 std::string apart_in_words(const Scene& scene, const ControlReport& control) {
@@ -123,12 +115,15 @@ GraspMonitor::GraspMonitor(const Model& model)
       slip_m_(model.fingers()),
       slips_since_s_(model.fingers()),
       slid_s_(model.fingers()),
+      walks_(model.fingers()),
       joints_(model.scene.hand.joints.size()),
       muscles_(model.scene.hand.muscles.size()),
-      forces_(static_cast<std::size_t>(std::ceil(kChatterWindow_s / model.scene.step_s)) + 1 +
-              2 * most_stride(model.scene)) {}
+      pulls_(model.scene.muscles_act() ? model.scene.hand.muscles.size() : 0),
+      task_(model),
+      chatter_(model) {}
 
 void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen::VectorXd& muscle_forces_N) {
+  if (is_closed_) return;
   if (const StiffnessReport& found = control.stiffness; found.is_chosen) {
     chosen_s_ = time_s;
     if (found.is_infeasible && !(too_soft_ && too_soft_->time_s >= kMeasuredFrom_s)) {
@@ -140,9 +135,7 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
           time_s, fmt::format("the problem of muscle forces for a stiffness found no answer at {:.3f} s", time_s)};
     }
   }
-  phase_ = control.task.phase;
-  if (control.task.fault != PhaseFault::kNone && !task_failed_)
-    task_failed_ = Event{control.task.failed_s, in_words(model_.scene, control.task)};
+  task_.add(control.task);
   if (!unsolved_grasp_ && is_late(model_.scene) && time_s < kMeasuredFrom_s && control.grasp == GraspStatus::kOptimal) {
     solved_ = UnsolvedGrasp{time_s, control};
   }
@@ -171,19 +164,22 @@ void GraspMonitor::add(double time_s, const ControlReport& control, const Eigen:
   }
 }
 
-void GraspMonitor::add(const TickRecord& tick) {
+void GraspMonitor::add(const TickRecord& tick, const MuscleVector& pull_N) {
+  if (is_closed_) return;
+  task_.add(tick);
   watch_solver(tick);
   // Fingers that come and go slip, chatter and hold nothing, as they should.
   if (tick.holds) {
-    keep_forces(tick);
+    chatter_.add(tick);
     watch_slip(tick);
+    watch_walk(tick);
     watch_grip(tick);
     watch_target(tick);
     watch_swings(tick);
   } else {
-    chatter_held_ = force_chatter();
-    kept_ = 0;
+    chatter_.pause();
     slip_before_m_ = tick.slip_m;
+    walk_before_ = Walk{tick.walk_m, tick.turn_rad};
     rests_since_s_.reset();
     unloaded_s_ = 0.0;
   }
@@ -192,11 +188,17 @@ void GraspMonitor::add(const TickRecord& tick) {
     const double q = tick.q_rad[static_cast<Eigen::Index>(i)];
     joints_[i].add(tick.time_s, std::max(q - joint.upper_rad, joint.lower_rad - q) - kStopsWithin_rad, q);
   }
+  for (std::size_t m = 0; m < pulls_.size() && pull_N.size() > 0; ++m) {
+    const double now_N = pull_N[static_cast<Eigen::Index>(m)];
+    pulls_[m].add(tick.time_s, now_N - (1.0 + kPullsOver) * model_.scene.hand.muscles[m].max_force_N, now_N);
+  }
   last_s_ = tick.time_s;
   if (unsolved_ || not_finite_ || loss_ || swinging_ || idle_finger_ ||
-      std::ranges::any_of(slips_since_s_, [](const auto& since_s) { return since_s.has_value(); })) {
+      std::ranges::any_of(slips_since_s_, [](const auto& since_s) { return since_s.has_value(); }) ||
+      std::ranges::any_of(walks_, [](const Walked& walked) { return walked.since_s.has_value(); })) {
     note_trouble();
   }
+  is_closed_ = has_ended() && model_.scene.control;
 }
 
 void GraspMonitor::watch_solver(const TickRecord& tick) {
@@ -227,6 +229,21 @@ void GraspMonitor::watch_slip(const TickRecord& tick) {
   }
 }
 
+/// A patch that turns and slides in turns, part by part, gets on though it never slides as a whole. A scene that names
+/// how far is lost lets it.
+void GraspMonitor::watch_walk(const TickRecord& tick) {
+  if (!walk_before_) walk_before_ = Walk{tick.walk_m, tick.turn_rad};
+  if (model_.scene.task.lost_m) return;
+  for (int k = 0; k < model_.fingers(); ++k) {
+    Walked& walked = walks_[k];
+    const double way_m = (tick.walk_m[k] - walk_before_->walk_m[k]).norm();
+    if (!(way_m > std::max(kWalks * model_.scene.hand.fingertips[k].radius_m, walked.way_m))) continue;
+    if (!walked.since_s) walked.since_s = tick.time_s;
+    walked.way_m = way_m;
+    walked.turn_rad = std::abs(tick.turn_rad[k] - walk_before_->turn_rad[k]);
+  }
+}
+
 void GraspMonitor::watch_grip(const TickRecord& tick) {
   holders_ = static_cast<int>(
       std::count_if(tick.force.begin(), tick.force.end(), [](const auto& f) { return f.normal_N > 0.0; }));
@@ -244,9 +261,13 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
   }
   // What a spring carries, the hand cannot lose.
   if (loss_ || model_.scene.task.spring) return;
+  const auto why = [&] {
+    const std::string resists = task_.resistance();
+    return resists.empty() ? "" : ", while " + resists;
+  };
   if (unloaded_s_ > kUnloaded_s) {
-    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s fewer than two fingers had carried load for {:.0f} ms",
-                                           tick.time_s, 1e3 * kUnloaded_s)};
+    loss_ = Event{tick.time_s, fmt::format("at {:.3f} s fewer than two fingers had carried load for {:.0f} ms{}",
+                                           tick.time_s, 1e3 * kUnloaded_s, why())};
     return;
   }
   for (int k = 0; k < model_.fingers(); ++k) {
@@ -254,8 +275,8 @@ void GraspMonitor::watch_grip(const TickRecord& tick) {
     const auto& lost_m = model_.scene.task.lost_m;
     if (tick.slip_m[k] - (*slip_before_m_)[k] <= lost_m.value_or(tip.radius_m)) continue;
     loss_ = Event{tick.time_s,
-                  fmt::format("at {:.3f} s the {} had slid by more than {}, {:g} mm", tick.time_s, tip.finger,
-                              lost_m ? "task.lost" : "its pulp's radius", 1e3 * lost_m.value_or(tip.radius_m))};
+                  fmt::format("at {:.3f} s the {} had slid by more than {}, {:g} mm{}", tick.time_s, tip.finger,
+                              lost_m ? "task.lost" : "its pulp's radius", 1e3 * lost_m.value_or(tip.radius_m), why())};
     return;
   }
 }
@@ -287,9 +308,7 @@ std::string GraspMonitor::grip_in_words() const {
 
 /// Of the phase that goes on.
 const std::string& GraspMonitor::loop_in_words() const {
-  const auto& phases = model_.scene.task.phases;
-  const bool has_own = phase_ >= 0 && phase_ < std::ssize(phases);
-  const int phase = has_own ? phase_ : -1;
+  const int phase = task_.phase();
   if (!loop_ || loop_phase_ != phase) {
     loop_ = model_.scene.control ? trouble_in_words(model_, loop_margin(model_, PoseLoop(model_), phase)) : "";
     loop_phase_ = phase;
@@ -297,46 +316,11 @@ const std::string& GraspMonitor::loop_in_words() const {
   return *loop_;
 }
 
-void GraspMonitor::keep_forces(const TickRecord& tick) {
-  if (!tick.is_measured()) return;  // Forces of a grip that builds up are unsteady.
-  Forces& now = forces_[kept_++ % forces_.size()];
-  now.time_s = tick.time_s;
-  now.normal_N = PerFinger<double>(model_.fingers());
-  for (int k = 0; k < model_.fingers(); ++k) now.normal_N[k] = tick.force[k].normal_N;
-  // A loop through the controller swings with the age that frames reach.
-  oldest_frame_ = std::max(oldest_frame_, tick.contact.frame_age);
-}
-
 /// Forces of a finger that slides off are unsteady, too: what counts is how they were before.
 void GraspMonitor::note_trouble() {
   if (trouble_s_) return;
   trouble_s_ = last_s_;
-  chatter_before_ = force_chatter();
-}
-
-/// Of forces that are `stride` ticks apart, over the last window.
-double GraspMonitor::chatter(std::size_t stride) const {
-  if (kept_ == 0) return kNone;
-  const auto at = [&](std::size_t i) -> const Forces& { return forces_[i % forces_.size()]; };
-  const std::size_t oldest = kept_ > forces_.size() ? kept_ - forces_.size() : 0;
-  const double from_s = at(kept_ - 1).time_s - kChatterWindow_s - 1e-9;
-  double worst = kNone;
-  for (int k = 0; k < model_.fingers(); ++k) {
-    double turns = 0.0, sum = 0.0;
-    for (std::size_t i = oldest + 2 * stride; i < kept_; ++i) {
-      if (at(i).time_s < from_s) continue;
-      const double now_N = at(i).normal_N[k];
-      turns += 0.5 * std::abs(now_N - 2.0 * at(i - stride).normal_N[k] + at(i - 2 * stride).normal_N[k]);
-      sum += now_N;
-    }
-    if (sum > 0.0) worst = std::fmax(worst, turns / sum);
-  }
-  return worst;
-}
-
-double GraspMonitor::force_chatter() const {
-  const std::size_t frame = std::min(static_cast<std::size_t>(oldest_frame_) + 1, most_stride(model_.scene));
-  return std::fmax(chatter_held_, std::fmax(chatter(1), chatter(frame)));
+  chatter_before_ = chatter_.now();
 }
 
 std::optional<std::string> GraspMonitor::contact_failure() const {
@@ -348,7 +332,7 @@ std::optional<std::string> GraspMonitor::contact_failure() const {
 }
 
 std::string GraspMonitor::chatter_in_words() const {
-  const double share = trouble_s_ ? chatter_before_ : force_chatter();
+  const double share = trouble_s_ ? chatter_before_ : chatter_.now();
   if (!(share > (trouble_s_ ? 2.0 : 1.0) * kChatters)) return "";
   return fmt::format("forces chatter by {:.0f} %", 100.0 * std::min(share, 1.0));
 }
@@ -362,6 +346,13 @@ std::string GraspMonitor::slips_in_words() const {
     all += fmt::format("{}the {} slipped {:.2f} mm from {:.3f} s on", all.empty() ? "" : ", ",
                        model_.scene.hand.fingertips[k].finger, 1e3 * slip_m_[k], *slips_since_s_[k]);
     if (model_.scene.control && model_.scene.control->reflex) all += answer_in_words(k);
+  }
+  for (int k = 0; k < model_.fingers(); ++k) {
+    const Walked& walked = walks_[k];
+    if (!walked.since_s || slips_since_s_[k]) continue;
+    all += fmt::format("{}the {}'s patch walked {:.2f} mm net and turned by {:.0f} degrees, in turns, from {:.3f} s on",
+                       all.empty() ? "" : ", ", model_.scene.hand.fingertips[k].finger, 1e3 * walked.way_m,
+                       kDegrees * walked.turn_rad, *walked.since_s);
   }
   if (idle_finger_) all += (all.empty() ? "" : ", ") + idle_finger_->what;
   return all;
@@ -407,28 +398,22 @@ std::string GraspMonitor::way_off_in_words() const {
   return all;
 }
 
-/// Of a task that has failed, or was not done when the time was over.
-std::string GraspMonitor::task_in_words() const {
-  if (task_failed_) return task_failed_->what;
-  const auto& phases = model_.scene.task.phases;
-  if (phase_ < 0 || phase_ >= std::ssize(phases) || !is_over_ || loss_) return "";
-  return fmt::format("its time was over at {:.3f} s in phase {}, {}", last_s_, phase_ + 1,
-                     to_string(phases[static_cast<std::size_t>(phase_)].kind));
-}
-
 std::vector<Excess> GraspMonitor::beyond() const {
   std::vector<Excess> all;
   for (std::size_t m = 0; m < muscles_.size(); ++m) {
     const Muscle& muscle = model_.scene.hand.muscles[m];
-    const Worst& worst = muscles_[m];
-    if (worst.first_s) all.push_back({muscle.name, true, muscle.max_force_N, worst.value, worst.at_s, *worst.first_s});
+    for (const Worst* worst : {&muscles_[m], m < pulls_.size() ? &pulls_[m] : nullptr}) {
+      if (worst == nullptr || !worst->first_s) continue;
+      all.push_back(
+          {muscle.name, true, worst != &muscles_[m], muscle.max_force_N, worst->value, worst->at_s, *worst->first_s});
+    }
   }
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const Joint& joint = model_.scene.hand.joints[i];
     const Worst& worst = joints_[i];
     if (!worst.first_s) continue;
     const double limit = worst.value > joint.upper_rad ? joint.upper_rad : joint.lower_rad;
-    all.push_back({joint.name, false, limit, worst.value, worst.at_s, *worst.first_s});
+    all.push_back({joint.name, false, false, limit, worst.value, worst.at_s, *worst.first_s});
   }
   return all;
 }
@@ -436,7 +421,7 @@ std::vector<Excess> GraspMonitor::beyond() const {
 Verdict GraspMonitor::verdict() const {
   Verdict verdict;
   verdict.beyond = beyond();
-  verdict.force_chatter = force_chatter();
+  verdict.force_chatter = chatter_.now();
   if (loss_) verdict.lost_s = loss_->time_s;
 
   // The gravest first. Forces that cannot be found because a finger slid or forces chattered are not the solver's
@@ -448,7 +433,8 @@ Verdict GraspMonitor::verdict() const {
   const std::string chatter = chatter_in_words();
   const bool cause = unsolved_ && chatter.empty() && *trouble_s_ >= unsolved_->time_s - 1e-9;
   add(Outcome::kSolverFailed, contact_failure().value_or(""));
-  // A loop beyond its limit swings, chatters and asks for forces that no cones hold; what is lost by that is lost by it.
+  // A loop beyond its limit swings, chatters and asks for forces that no cones hold; what is lost by that is lost by
+  // it.
   const bool lacks_forces = unsolved_grasp_ && unsolved_grasp_->time_s > 0.0 &&
                             apart_in_words(model_.scene, unsolved_grasp_->control).empty();
   if (swinging_ || !chatter.empty() || lacks_forces) add(Outcome::kUnstable, loop_in_words());
@@ -458,7 +444,7 @@ Verdict GraspMonitor::verdict() const {
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);
   add(Outcome::kUnstable, chatter);
-  add(Outcome::kTaskFailed, task_in_words());
+  add(Outcome::kTaskFailed, task_.failure(is_over_ && !loss_));
   add(Outcome::kResting, rest_in_words());
   add(Outcome::kSlipping, slips_in_words());
   add(Outcome::kOffTarget, way_off_in_words());
@@ -471,8 +457,7 @@ Verdict GraspMonitor::verdict() const {
     add(Outcome::kSolverFailed, loops && lacks_forces ? what_failed(*unsolved_grasp_) : unsolved_->what);
   }
   add(Outcome::kUnknown, missed_);
-  const bool done = phase_ >= 0 && phase_ == std::ssize(model_.scene.task.phases);
-  if (found.empty() && done) verdict.outcome = Outcome::kTaskDone;
+  if (found.empty() && task_.is_done()) verdict.outcome = Outcome::kTaskDone;
   if (found.empty()) return verdict;
   verdict.outcome = found.front().first;
   for (const auto& [outcome, what] : found) verdict.reason += (verdict.reason.empty() ? "" : "; ") + what;

@@ -9,11 +9,6 @@ namespace thenar {
 
 namespace {
 
-PoseGains gains_of(const Model& model, int phase) {
-  if (phase < 0) return pose_gains(model.scene);
-  return pose_gains(model.scene, model.scene.task.phases[static_cast<std::size_t>(phase)]);
-}
-
 /// Returns the steps by which the delay of a scene can change: what is known late is known by whole periods.
 int delay_unit(const Scene& scene) {
   const bool whole = scene.control_delay_s == 0.0 && scene.control->feedback_delay_s > 0.0;
@@ -50,7 +45,7 @@ std::string gain_in_words(const std::string& key, const PidGains& gains, double 
 }  // namespace
 
 LoopMargin loop_margin(const Model& model, const PoseLoop& loop, int phase) {
-  const PoseGains gains = gains_of(model, phase);
+  const PoseGains gains = pose_gains(model.scene, phase);
   const int unit = delay_unit(model.scene);
   LoopMargin margin;
   margin.phase = phase;
@@ -96,7 +91,7 @@ std::string trouble_in_words(const Model& model, const LoopMargin& margin) {
   if (!margin.is_near()) return "";
   const Scene& scene = model.scene;
   const double step_ms = 1e3 * scene.step_s;
-  const PoseGains gains = gains_of(model, margin.phase);
+  const PoseGains gains = pose_gains(model.scene, margin.phase);
   const bool grows = !(margin.share < 1.0);
   const PoseMode& mode = grows ? margin.slowest : margin.limiting;
   const std::string at =

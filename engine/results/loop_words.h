@@ -44,10 +44,10 @@ struct LoopMargin {
 /// ms, or control.rotation.p of at most 0.29 N m/rad, would do". Empty for other loops.
 [[nodiscard]] std::string trouble_in_words(const Model& model, const LoopMargin& margin);
 
-/// Describes a late loop whose grasp forces run away while the grip builds up, at the last control tick that found some:
-/// "while the grip built up, its loop ran away: at 0.032 s it has a pole of 9.14 at 500 Hz and a delay of 2 ms, ...".
-/// Pressure centres move with the fingers' forces, and so the grasp forces that the next tick asks for. Empty if the
-/// loop is stable there, or not late.
+/// Describes a late loop whose grasp forces run away while the grip builds up, at the last control tick that found
+/// some: "while the grip built up, its loop ran away: at 0.032 s it has a pole of 9.14 at 500 Hz and a delay of 2 ms,
+/// ...". Pressure centres move with the fingers' forces, and so the grasp forces that the next tick asks for. Empty if
+/// the loop is stable there, or not late.
 [[nodiscard]] std::string runaway_in_words(const Model& model, const ControlReport& solved, double time_s);
 
 }  // namespace thenar

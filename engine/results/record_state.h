@@ -31,22 +31,28 @@ void members(Archive& a, Ledger& x) {
 
 template <typename Archive>
 void members(Archive& a, PatchReport& x) {
-  auto& [slip_m, spin_rad, sliding_share, creep_m_per_s, moment_Nm, moment_limit_Nm, margin] = x;
-  a(slip_m, spin_rad, sliding_share, creep_m_per_s, moment_Nm, moment_limit_Nm, margin);
+  auto& [slip_W, slip_m, spin_rad, sliding_share, creep_m_per_s, dent_O, moment_Nm, moment_limit_Nm, margin] = x;
+  a(slip_W, slip_m, spin_rad, sliding_share, creep_m_per_s, dent_O, moment_Nm, moment_limit_Nm, margin);
 }
 
 template <typename Archive>
 void members(Archive& a, EnvironmentReport& x) {
-  auto& [contacts, active, penetration_m, wrench, normal_N, wedged] = x;
-  a(contacts, active, penetration_m, wrench, normal_N, wedged);
+  auto& [contacts, active, penetration_m, wrench, normal_N, body_N, wedged] = x;
+  a(contacts, active, penetration_m, wrench, normal_N, body_N, wedged);
+}
+
+template <typename Archive>
+void members(Archive& a, YieldedFibres& x) {
+  auto& [muscles, most, strain] = x;
+  a(muscles, most, strain);
 }
 
 template <typename Archive>
 void members(Archive& a, TickReport& x) {
   auto& [solve, sequence, frame_age, handed_over, held, input_refused, ledger, contacts, active, penetration_m,
-         left_out_m, injected_J, small, patch, environment, stop_Nm, assemble_s, solve_s, deform_s] = x;
+         left_out_m, injected_J, small, patch, environment, yielded, stop_Nm, assemble_s, solve_s, deform_s] = x;
   a(solve, sequence, frame_age, handed_over, held, input_refused, ledger, contacts, active, penetration_m, left_out_m,
-    injected_J, small, patch, environment, stop_Nm, assemble_s, solve_s, deform_s);
+    injected_J, small, patch, environment, yielded, stop_Nm, assemble_s, solve_s, deform_s);
 }
 
 template <typename Archive>
@@ -77,12 +83,13 @@ template <typename Archive>
 void members(Archive& a, TickRecord& x) {
   auto& [time_s, controlled, phase, holds, arm_m, borne_N, X_WT, position_m, target_m, rotation_error_rad, X_WO, q_rad,
          torques_Nm, load, force, force_desired, desired_N, force_error_N, margin, sliding_share, creep_m_per_s, slip_m,
-         spin_rad, start_slip_m, start_spin_rad, touch, reflex, last_reflex, stiffness, ledger, contact, interpolate_s,
-         find_s, factors_s, grasp_s, muscle_s, control_s, grasp, muscle, muscle_residual_Nm] = x;
+         spin_rad, start_slip_m, start_spin_rad, walk_m, turn_rad, touch, reflex, last_reflex, stiffness, ledger,
+         contact, interpolate_s, find_s, factors_s, grasp_s, muscle_s, control_s, grasp, muscle, muscle_residual_Nm] =
+      x;
   a(time_s, controlled, phase, holds, arm_m, borne_N, X_WT, position_m, target_m, rotation_error_rad, X_WO, q_rad,
     torques_Nm, load, force, force_desired, desired_N, force_error_N, margin, sliding_share, creep_m_per_s, slip_m,
-    spin_rad, start_slip_m, start_spin_rad, touch, reflex, last_reflex, stiffness, ledger, contact, interpolate_s,
-    find_s, factors_s, grasp_s, muscle_s, control_s, grasp, muscle, muscle_residual_Nm);
+    spin_rad, start_slip_m, start_spin_rad, walk_m, turn_rad, touch, reflex, last_reflex, stiffness, ledger, contact,
+    interpolate_s, find_s, factors_s, grasp_s, muscle_s, control_s, grasp, muscle, muscle_residual_Nm);
 }
 
 template <typename Archive>

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace thenar {
@@ -92,14 +93,20 @@ std::string interruption(double time_s) { return fmt::format("the run was interr
 void RunSums::add(TickRecord& tick) {
   const int fingers = static_cast<int>(tick.contact.patch.size());
   if (slip_m_.size() != tick.contact.patch.size()) {
-    slip_m_ = spin_rad_ = start_slip_m_ = start_spin_rad_ = PerFinger<double>(fingers);
+    slip_m_ = spin_rad_ = start_slip_m_ = start_spin_rad_ = turn_rad_ = PerFinger<double>(fingers);
+    walk_m_ = PerFinger<Vector3d>(fingers, Vector3d::Zero());
   }
   for (int k = 0; k < fingers; ++k) {
-    slip_m_[k] += tick.contact.patch[k].slip_m;
-    spin_rad_[k] += tick.contact.patch[k].spin_rad;
-    if (tick.is_measured()) continue;
-    start_slip_m_[k] = slip_m_[k];
-    start_spin_rad_[k] = spin_rad_[k];
+    const PatchReport& patch = tick.contact.patch[k];
+    slip_m_[k] += patch.slip_m;
+    spin_rad_[k] += std::abs(patch.spin_rad);
+    if (tick.is_measured()) {
+      walk_m_[k] += tick.X_WO.linear().transpose() * patch.slip_W;
+      turn_rad_[k] += patch.spin_rad;
+    } else {
+      start_slip_m_[k] = slip_m_[k];
+      start_spin_rad_[k] = spin_rad_[k];
+    }
   }
   ledger_.add(tick.contact.ledger);
   // All ticks of a frame have the report of its control tick.
@@ -111,6 +118,8 @@ void RunSums::add(TickRecord& tick) {
   tick.spin_rad = spin_rad_;
   tick.start_slip_m = start_slip_m_;
   tick.start_spin_rad = start_spin_rad_;
+  tick.walk_m = walk_m_;
+  tick.turn_rad = turn_rad_;
   tick.ledger = ledger_;
   tick.last_reflex = last_reflex_;
 }
@@ -123,6 +132,18 @@ TickRecord tick_record(const Model& model, const Tick& tick, RunSums& sums) {
   return record;
 }
 
+namespace {
+
+/// Writes column `now`, with room for more: a run may be longer than its scene.
+template <typename Numbers>
+void put(const Numbers& numbers, Eigen::Index now, Eigen::MatrixXd& all) {
+  if (all.rows() == 0) return;
+  if (now == all.cols()) all.conservativeResize(Eigen::NoChange, std::max<Eigen::Index>(16, 2 * now));
+  all.col(now) = numbers;
+}
+
+}  // namespace
+
 Recorder::Recorder(const Model& model)
     : model_(model),
       planned_(static_cast<std::int64_t>(std::ceil(model.scene.duration_s / model.scene.step_s - 1e-9))),
@@ -132,6 +153,7 @@ void Recorder::make_room() {
   recording_.ticks.reserve(planned_);
   const auto muscles = std::ssize(model_.scene.hand.muscles);
   recording_.muscle_forces_N.resize(model_.scene.has_muscles() ? muscles : 0, planned_);
+  recording_.muscles_asked_N.resize(model_.scene.muscles_act() ? muscles : 0, planned_);
 }
 
 bool Recorder::see_control(const ControlTick& tick) {
@@ -141,15 +163,11 @@ bool Recorder::see_control(const ControlTick& tick) {
 
 bool Recorder::see_tick(const Tick& tick) {
   if (recording_.ticks.empty()) make_room();
-  if (model_.scene.has_muscles()) {
-    Eigen::MatrixXd& all = recording_.muscle_forces_N;
-    const auto now = std::ssize(recording_.ticks);
-    // A run may be longer than its scene.
-    if (now == all.cols()) all.conservativeResize(Eigen::NoChange, std::max<Eigen::Index>(16, 2 * now));
-    all.col(now) = tick.muscle_forces_N;
-  }
-  monitor_.add(recording_.ticks.emplace_back(tick_record(model_, tick, sums_)));
-  return !(monitor_.has_ended() && model_.scene.control);
+  const auto now = std::ssize(recording_.ticks);
+  put(tick.after.pull_N, now, recording_.muscle_forces_N);
+  put(tick.muscle_forces_N, now, recording_.muscles_asked_N);
+  monitor_.add(recording_.ticks.emplace_back(tick_record(model_, tick, sums_)), tick.after.pull_N);
+  return !monitor_.is_closed();
 }
 
 Recording Recorder::finish(const Snapshot& state, const ControlReport& control, double wall_s) {
@@ -161,6 +179,7 @@ Recording Recorder::finish(const Snapshot& state, const ControlReport& control, 
   recording_.unsolved = monitor_.unsolved();
   if (ticks == 0) make_room();
   recording_.muscle_forces_N.conservativeResize(Eigen::NoChange, ticks);
+  recording_.muscles_asked_N.conservativeResize(Eigen::NoChange, ticks);
   if (control.has_forces && ticks > 0) {
     HandPose pose;
     forward_kinematics(model_.scene.hand, state.q, pose);

@@ -34,12 +34,14 @@ class RunSums {
   /// For an archive (engine/loops/archive.h).
   template <typename Archive>
   void members(Archive& a) {
-    a(slip_m_, spin_rad_, start_slip_m_, start_spin_rad_, ledger_, last_reflex_, stiffness_);
+    a(slip_m_, spin_rad_, start_slip_m_, start_spin_rad_, walk_m_, turn_rad_, ledger_, last_reflex_, stiffness_);
   }
 
  private:
-  PerFinger<double> slip_m_, spin_rad_, start_slip_m_,
-      start_spin_rad_;  ///< Of a tick's fingers, from the first one on.
+  // Of a tick's fingers, from the first one on.
+  PerFinger<double> slip_m_, spin_rad_, start_slip_m_, start_spin_rad_;
+  PerFinger<Eigen::Vector3d> walk_m_;
+  PerFinger<double> turn_rad_;
   Ledger ledger_;
   LastReflex last_reflex_;
   KnownStiffness stiffness_;

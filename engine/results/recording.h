@@ -46,6 +46,8 @@ struct TickRecord {
         spin_rad(hand.fingers()),
         start_slip_m(hand.fingers()),
         start_spin_rad(hand.fingers()),
+        walk_m(hand.fingers(), Eigen::Vector3d::Zero()),
+        turn_rad(hand.fingers()),
         contact(hand) {}
 
   double time_s = 0.0;                                     ///< Time at the tick's end.
@@ -68,6 +70,8 @@ struct TickRecord {
   PerFinger<double> sliding_share, creep_m_per_s;
   PerFinger<double> slip_m, spin_rad;              ///< A patch's slip and spin since its first contact.
   PerFinger<double> start_slip_m, start_spin_rad;  ///< The part before kMeasuredFrom_s.
+  PerFinger<Eigen::Vector3d> walk_m;               ///< Net slip from kMeasuredFrom_s on: the vectors' sum; object axes.
+  PerFinger<double> turn_rad;                      ///< Net spin likewise, signed as PatchReport::spin_rad.
   PerFinger<Touch> touch;                          ///< Only of scenes that name it.
   ReflexReport reflex;                             ///< Of the last control tick; such scenes only.
   LastReflex last_reflex;                          ///< Last since the start; such scenes only.
@@ -100,7 +104,8 @@ struct UnsolvedGrasp {
 /// A run, tick by tick.
 struct Recording {
   std::vector<TickRecord> ticks;
-  Eigen::MatrixXd muscle_forces_N;  ///< Muscles x ticks; no rows without muscles.
+  Eigen::MatrixXd muscle_forces_N;  ///< Forces with which muscles pulled: muscles x ticks; no rows without muscles.
+  Eigen::MatrixXd muscles_asked_N;  ///< Forces asked for; no rows unless muscles act on the contact side.
   Verdict verdict;
   std::optional<UnsolvedGrasp> unsolved;            ///< The first one.
   bool stopped = false;                             ///< The run ended before its time.

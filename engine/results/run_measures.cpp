@@ -114,6 +114,9 @@ template <auto Get>
 Value most_at_end(View v) {
   return std::ranges::max(std::get<Values>(at_end<Get>(v)));
 }
+Value walk(View v) {
+  return each_finger(v, [&](int k) { return ticks(v).empty() ? 0.0 : last_tick(v)->walk_m[k].norm(); });
+}
 template <auto Is>
 Value count(View v) {
   return std::ranges::count_if(ticks(v), [](TickRef tick) { return of(tick, Is); });
@@ -283,6 +286,17 @@ double last_touch_s(View v) {
   const auto last = std::find_if(ticks(v).rbegin(), ticks(v).rend(), touches);
   return last == ticks(v).rend() ? kNever : last->time_s;
 }
+/// Of the section's item, a body: its force on the object.
+double body_force_N(TickRef tick, std::size_t body) {
+  return tick.contact.environment.body_N.col(static_cast<Eigen::Index>(body)).norm();
+}
+/// The first tick with the largest force.
+const TickRecord* strongest_tick(View v) {
+  const auto now = [&](TickRef tick) { return body_force_N(tick, v.item); };
+  const auto most = std::ranges::max_element(ticks(v), {}, now);
+  return most != ticks(v).end() && now(*most) > 0.0 ? &*most : nullptr;
+}
+std::size_t told_bodies(View v) { return std::min<std::size_t>(kToldBodies, v.scene->environment->bodies.size()); }
 /// On the object, against the scene's gravity, in ticks that touch.
 template <auto Reduce>
 Value vertical(View v) {
@@ -493,6 +507,9 @@ constexpr RunMeasure kGripRows[] = {
      "", "of it at the start:", 10},
     {"spin_deg", kDeg, at_end<&TickRecord::spin_rad>, "Spin of each finger."},
     {"start_spin_deg", kDeg, at_end<&TickRecord::start_spin_rad>, "The part of the first 0.3 s, of each finger."},
+    {"max_walk_mm", kMm, [](View v) -> Value { return std::ranges::max(std::get<Values>(walk(v))); },
+     "Net way on the object, from 0.3 s on, of the patch that walked farthest.", "largest net way of a patch", "", 36},
+    {"walk_mm", kMm, walk, "Net way of each patch from 0.3 s on."},
     {"max_sliding_share", kPlain, among_fingers<largest, &TickRecord::sliding_share>,
      "Largest share of a patch that slid, from 0.3 s on.", "largest share of a patch sliding", "", 11},
     {"max_creep_um_per_s", kUmPerS, among_fingers<largest, &TickRecord::creep_m_per_s>,
@@ -651,6 +668,25 @@ constexpr RunMeasure kTouched[] = {
     {"max_penetration_um", kUm, all<largest, &EnvironmentReport::penetration_m>,
      "Largest deformation between object and body.", "deepest penetration"}};
 
+constexpr RunMeasure kBodies[] = {
+    {"name", kPlain, [](View v) -> Value { return v.scene->environment->bodies[v.item].name; }, "Name of a body.",
+     "body"},
+    {"ticks_with_contact", kPlain,
+     [](View v) -> Value {
+       return static_cast<double>(
+           std::ranges::count_if(ticks(v), [&](TickRef tick) { return body_force_N(tick, v.item) > 0.0; }));
+     },
+     "Ticks in which it bears force on the object.", "", "ticks with contact:"},
+    {"max_N", kN,
+     [](View v) -> Value {
+       const TickRecord* const most = strongest_tick(v);
+       return most != nullptr ? body_force_N(*most, v.item) : 0.0;
+     },
+     "Largest size of its force.", "", "largest force"},
+    {"max_at_s", kS, [](View v) -> Value { return time_of(strongest_tick(v)); }, "When that was.", "", "at"},
+    {"end_N", kN, [](View v) -> Value { return ticks(v).empty() ? kNever : body_force_N(*last_tick(v), v.item); },
+     "Size of its force at the end.", "", "at the end"}};
+
 constexpr RunMeasure kPhaseRows[] = {
     {"phase", kPlain, [](View v) -> Value { return to_string(kind(v)); }, "Name of a phase.", "phase"},
     {"from_s", kS, [](View v) -> Value { return phase_ticks(v).empty() ? kNever : phase_ticks(v).front().time_s; },
@@ -715,6 +751,7 @@ constexpr auto kSections =
                                    {"touch", Heading::kGrasp, &kTouch, kTouchMeasures},
                                    {"stiffness", Heading::kGrasp, &kStiffness, kChosenStiffness},
                                    {"environment", Heading::kEnvironment, &kEnvironment, kTouched},
+                                   {"environment.bodies", Heading::kEnvironment, &kEnvironment, kBodies, told_bodies},
                                    {"task.phases", Heading::kTask, &kTask, kPhaseRows, phases},
                                    {"task", Heading::kTask, &kTask, kWeight},
                                    {"reflex", Heading::kGrasp, &kReflex, kAnswers},

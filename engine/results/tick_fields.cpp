@@ -25,7 +25,10 @@ constexpr Scenes kChoose{[](const Model& model) { return model.scene.chooses_sti
                          "of scenes that choose a stiffness"};
 constexpr Scenes kWithEnvironment{[](const Model& model) { return model.scene.environment.has_value(); },
                                   "of scenes with an environment"};
+constexpr Scenes kSoftObject{[](const Model& model) { return model.soft_object(); }, "of soft objects"};
 constexpr Scenes kPhases{has_phases, "of scenes with a task in phases"};
+constexpr Scenes kActing{[](const Model& model) { return model.scene.muscles_act(); },
+                         "of scenes whose muscles have activation or stiffness"};
 constexpr Scenes kTurn{turns, "of hands with joints that turn"};
 constexpr Scenes kSlide{slides, "of fingertips on slides"};
 
@@ -138,6 +141,13 @@ void put_displacement(const TickView& view, Numbers& to) {
       for (int axis = 0; axis < 3; ++axis) to.push_back(u_m(i, axis));
     }
   }
+}
+void body_forces(const TickView& view, Numbers& to) {
+  const auto told = std::min<Index>(kToldBodies, std::ssize(view.model.scene.environment->bodies));
+  const Eigen::Matrix3Xd forces_N = view.environment != nullptr
+                                        ? view.environment->force_N
+                                        : Eigen::Matrix3Xd(view.tick.contact.environment.body_N.leftCols(told));
+  to.insert(to.end(), forces_N.data(), forces_N.data() + forces_N.size());
 }
 template <int kFirst>
 void environment_wrench(const TickView& view, Numbers& to) {
@@ -326,6 +336,40 @@ constexpr auto kFields = std::to_array<TickField>({
      .factor = kDegrees,
      .sentence = "The part of `spin_rad` in the first 0.3 s.",
      .at = of_fingers<&TickRecord::start_spin_rad>},
+    {.name = "walk_m",
+     .unit = "m",
+     .of = Of::kFingerAxis,
+     .shown = "walk",
+     .shown_unit = "um",
+     .factor = 1e6,
+     .sentence =
+         "Net way of each patch on the object from 0.3 s on: the sum of its slips as vectors, the object's axes.",
+     .block = Block::kGrip,
+     .at = [](const TickView& v) -> Place {
+       return {v.tick.walk_m.data()->data(), v.model.fingers(), 3, 3};
+     }},
+    {.name = "turn_rad",
+     .unit = "rad",
+     .of = Of::kFinger,
+     .shown = "turn",
+     .shown_unit = "deg",
+     .factor = kDegrees,
+     .sentence = "Net turn of each patch on the object from 0.3 s on, about its normal into the object.",
+     .block = Block::kGrip,
+     .at = of_fingers<&TickRecord::turn_rad>},
+    {.name = "dent_m",
+     .unit = "m",
+     .of = Of::kFingerAxis,
+     .shown = "dent",
+     .shown_unit = "um",
+     .factor = 1e6,
+     .sentence = "How far the object's surface has given way under each patch: the mean of u_o at its points, weighted "
+                 "by normal force, the object's axes.",
+     .scenes = &kSoftObject,
+     .block = Block::kGrip,
+     .at = [](const TickView& v) -> Place {
+       return {v.tick.contact.patch.data()->dent_O.data(), v.model.fingers(), 3, sizeof(PatchReport) / sizeof(double)};
+     }},
     {.name = "sliding_share",
      .of = Of::kFinger,
      .shown = "sliding_share",
@@ -505,11 +549,15 @@ constexpr auto kFields = std::to_array<TickField>({
      .compute = body_poses},
     {.name = "bodies_N",
      .unit = "N",
-     .of = Of::kList,
-     .sentence = "Force of each body on the object, world axes.",
+     .of = Of::kBodyAxis,
+     .shown = "environment_force",
+     .shown_unit = "N",
+     .sentence =
+         "Force of each body of the environment on the object, world axes; in messages of all bodies, elsewhere "
+         "of the first 16.",
      .scenes = &kWithEnvironment,
-     .from = From::kPicture,
-     .at = of_around<&ShownEnvironment::force_N>},
+     .block = Block::kAround,
+     .compute = body_forces},
     {.name = "bodies_m",
      .unit = "m",
      .of = Of::kList,
@@ -593,10 +641,23 @@ constexpr auto kFields = std::to_array<TickField>({
      .unit = "N",
      .of = Of::kMuscle,
      .shown_unit = "N",
-     .sentence = "Muscle forces: in messages those that act, elsewhere those asked for.",
+     .sentence =
+         "Forces with which the muscles pulled: by their activation, and by their stretch at the tick's end. Of "
+         "one that pulls several fingers, the sum.",
      .block = Block::kMuscles,
      .at = [](const TickView& v) -> Place {
        return {v.muscle_N.data(), std::ssize(v.muscle_N)};
+     }},
+    {.name = "muscles_asked_N",
+     .unit = "N",
+     .of = Of::kMuscle,
+     .shown = "asked",
+     .shown_unit = "N",
+     .sentence = "Muscle forces that were asked for.",
+     .scenes = &kActing,
+     .block = Block::kMuscles,
+     .at = [](const TickView& v) -> Place {
+       return {v.asked_N.data(), std::ssize(v.asked_N)};
      }},
     {.name = "pull_anchor_m",
      .unit = "m",
@@ -904,9 +965,10 @@ constexpr auto kFields = std::to_array<TickField>({
 
 }  // namespace
 
-TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N) {
+TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N,
+                 std::span<const double> asked_N) {
   const auto number = static_cast<std::int64_t>(std::llround(tick.time_s / model.scene.step_s));
-  return {model, tick, number, tick.q_rad, tick.X_WO, tick.load, muscle_N};
+  return {model, tick, number, tick.q_rad, tick.X_WO, tick.load, muscle_N, asked_N};
 }
 
 std::span<const TickField> tick_fields() { return kFields; }

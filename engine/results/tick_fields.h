@@ -28,6 +28,7 @@ enum class Of : std::uint8_t {
   kPose,        ///< Position, then rotation by rows: 12 numbers; in Python a matrix of 4 x 4.
   kFinger,      ///< One a finger.
   kFingerAxis,  ///< Three a finger.
+  kBodyAxis,    ///< Three a body of the environment.
   kJoint,
   kMuscle,
   kPercentile,  ///< p50, p99, p99.9.
@@ -52,15 +53,17 @@ struct TickView {
   const JointVector& q;
   const Eigen::Isometry3d& X_WO;
   const PerFinger<FingerLoad>& load;
-  std::span<const double> muscle_N;  ///< Empty for a scene without muscles.
+  std::span<const double> muscle_N;  ///< Forces that act; empty for a scene without muscles.
+  std::span<const double> asked_N;   ///< Forces asked for; read for a scene whose muscles act on the contact side.
   const ShownStiffness* stiffness = nullptr;
   const Picture* picture = nullptr;
   const ShownEnvironment* environment = nullptr;
   const LoopFigures* loops = nullptr;
 };
 
-/// Returns the view of a record, all of it in memory that the record owns.
-[[nodiscard]] TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N);
+/// Returns the view of a record, all else of it in memory that the record owns.
+[[nodiscard]] TickView view_of(const Model& model, const TickRecord& tick, std::span<const double> muscle_N,
+                               std::span<const double> asked_N = {});
 
 /// Numbers that lie in a view's memory: `rows` times `columns` next to one another, from row to row `stride` numbers.
 struct Place {

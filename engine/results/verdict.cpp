@@ -16,9 +16,9 @@ const char* to_string(Outcome outcome) {
 
 std::string in_words(const Excess& excess) {
   if (excess.muscle) {
-    return fmt::format(
-        "the muscle {} would need {:.3g} N at {:.3f} s, {:.3g} times its {:g} N (first passed at {:.3f} s)",
-        excess.name, excess.value, excess.at_s, excess.value / excess.limit, excess.limit, excess.first_s);
+    return fmt::format("the muscle {} {} {:.3g} N at {:.3f} s, {:.3g} times its {:g} N (first passed at {:.3f} s)",
+                       excess.name, excess.pulled ? "pulled with" : "would need", excess.value, excess.at_s,
+                       excess.value / excess.limit, excess.limit, excess.first_s);
   }
   return fmt::format("the joint {} was {:.4f} rad past its limit of {:g} rad at {:.3f} s (first passed at {:.3f} s)",
                      excess.name, std::abs(excess.value - excess.limit), excess.limit, excess.at_s, excess.first_s);

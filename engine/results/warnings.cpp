@@ -1,18 +1,21 @@
 #include "engine/results/warnings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "engine/control/control.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/pulp_touch.h"
 #include "engine/grasp/small_contacts.h"
 #include "engine/grasp/state.h"
 #include "engine/hand/hand.h"
 #include "engine/pulps/pressed_pulp.h"
 #include "engine/pulps/pulp_levels.h"
+#include "engine/results/grasp_monitor.h"
 #include "engine/results/loop_words.h"
 
 namespace thenar {
@@ -80,6 +83,18 @@ std::string reach_warning(const Model& model) {
   return all.empty() ? all : all + " at the start: the grasp needs all fingers";
 }
 
+/// Says which fibres have yielded, by how much, and when.
+std::string fibre_warning(const Scene& scene, const YieldedFibres& worst, std::uint64_t all, double since_s,
+                          double worst_s) {
+  const std::vector<std::string> names = muscle_names(scene.hand, all);
+  return fmt::format(
+      "the fibres of {} were {} by {:.2g} % of their length at {:.3f} s, beyond the {:g} % within which their "
+      "short-range stiffness holds; from {:.3f} s on {} yield: {}",
+      scene.hand.muscles[static_cast<std::size_t>(worst.most)].name, worst.strain > 0.0 ? "stretched" : "shortened",
+      100.0 * std::abs(worst.strain), worst_s, 100.0 * scene.control->muscles->short_range_strain, since_s,
+      names.size() == 1 ? "these" : counted(std::ssize(names), "muscle"), fmt::join(names, ", "));
+}
+
 /// What fingers will press that is too small for their pulps, where they are nearest to the object at the start.
 std::string small_warning(const Model& model) {
   const State start(model);
@@ -138,11 +153,30 @@ void Warnings::add(const TickRecord& tick) {
     if (small.narrow > kNoticedSmall && normal_N > kNoticed_N) narrow_[k].add(tick.time_s, small.narrow);
     if (small.overhang > kNoticedSmall) swallowed_[k].add(tick.time_s, small.overhang);
   }
+  if (const YieldedFibres& yielded = tick.contact.yielded; yielded.muscles != 0) {
+    yield_ |= yielded.muscles;
+    yielded_.add(tick.time_s, std::abs(yielded.strain));
+    if (yielded_.worst_s == tick.time_s) worst_ = yielded;
+  }
   for (Eigen::Index j = 0; j < tick.contact.stop_Nm.size(); ++j) {
     const double stop_Nm = tick.contact.stop_Nm[j];
     if (stop_Nm > kNoticed_Nm) stopped_[j].lower.add(tick.time_s, stop_Nm);
     if (stop_Nm < -kNoticed_Nm) stopped_[j].upper.add(tick.time_s, -stop_Nm);
   }
+}
+
+std::string Warnings::injected_in_words() const {
+  const Beyond& beyond = injected_.beyond;
+  const auto most = std::ranges::max_element(injected_.fingers_J);
+  const bool by_finger = most != injected_.fingers_J.end() && *most >= 0.5 * injected_.all_J;
+  const std::string where = by_finger
+                                ? "at the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
+                                : "not at one finger alone";
+  return fmt::format(
+      "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, most of it {}; from {:.3f} s on that is "
+      "more than {:g} % of what drives them and is stored, up to {:.3g} % at {:.3f} s. Late frames and edges cause "
+      "this",
+      1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s);
 }
 
 std::vector<std::string> Warnings::sentences() const {
@@ -178,18 +212,9 @@ std::vector<std::string> Warnings::sentences() const {
       all.push_back(fmt::format("the {}'s {} (from {:.3f} s on)", finger, kSwallows, swallowed.since_s));
     }
   }
-  if (const Beyond& beyond = injected_.beyond; beyond.ticks > 0) {
-    const auto most = std::ranges::max_element(injected_.fingers_J);
-    const bool by_finger = most != injected_.fingers_J.end() && *most >= 0.5 * injected_.all_J;
-    const std::string where = by_finger
-                                  ? "at the " + model_.scene.hand.fingertips[most - injected_.fingers_J.begin()].finger
-                                  : "not at one finger alone";
-    all.push_back(fmt::format(
-        "energy comes from nowhere: contacts have pushed bodies on by {:.3g} mJ, most of it {}; from {:.3f} s on that "
-        "is more than {:g} % of what drives them and is stored, up to {:.3g} % at {:.3f} s. Late frames and edges "
-        "cause "
-        "this",
-        1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s));
+  if (injected_.beyond.ticks > 0) all.push_back(injected_in_words());
+  if (yielded_.ticks > 0) {
+    all.push_back(fibre_warning(model_.scene, worst_, yield_, yielded_.since_s, yielded_.worst_s));
   }
   for (std::size_t j = 0; j < stopped_.size(); ++j) {
     const Joint& joint = model_.scene.hand.joints[j];

@@ -24,6 +24,7 @@ inline constexpr double kHalfSpaceShare = 0.5;
 ///              wide, so that the pulp would close around it: there is no bone in it.
 /// Energy       Contacts have pushed bodies on, from nowhere, by more than 1 % of the energy that moves and is stored.
 /// Stops        A joint rests on an end of its range, and the stop there bears load.
+/// Fibres       A muscle's fibres are strained beyond the range of their short-range stiffness, and yield.
 class Warnings {
  public:
   explicit Warnings(const Model& model)
@@ -46,6 +47,8 @@ class Warnings {
   [[nodiscard]] std::vector<std::string> sentences() const;
 
  private:
+  [[nodiscard]] std::string injected_in_words() const;
+
   /// Ticks of a finger in which something was beyond its bound.
   struct Beyond {
     std::int64_t ticks = 0;
@@ -79,6 +82,9 @@ class Warnings {
   };
   std::vector<Stops> stopped_;  ///< Stops of each joint.
   Injected injected_;
+  Beyond yielded_;           ///< Value: size of the largest strain of muscle fibres that have yielded.
+  YieldedFibres worst_;      ///< The most strained of them, when that was.
+  std::uint64_t yield_ = 0;  ///< All muscles that have yielded, a bit each.
 };
 
 /// Returns the warnings of a whole run.

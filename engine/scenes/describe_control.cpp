@@ -110,6 +110,14 @@ void describe(Visitor& v, MuscleSettings& muscles, const Hand& hand) {
   v.key({"stiffness", kNone, "0.1 .. 100", "(Without it lengths change no force.)",
          "gamma of the stiffness k = gamma f / L of fibres of length L under a force f: 23.4 in Cui et al. 2008."},
         muscles.short_range);
+  if (v.when(muscles.short_range.has_value())) {
+    v.key({"range", kShare, "0.1 % .. 100 %", "2 %",
+           "The strain of the fibres, lengthened or shortened, up to which that stiffness holds. Beyond it they yield: "
+           "their force no longer changes with their length."},
+          muscles.short_range_strain);
+  } else if (v.has("range")) {
+    v.refuse("range", "is that of the stiffness: name that, too");
+  }
   const auto without = std::ranges::find_if(hand.muscles, [](const Muscle& m) { return !m.fibre_m; });
   if (muscles.short_range && without != hand.muscles.end()) {
     v.refuse("stiffness", "needs the fibre_length of each muscle, and the hand does not say that of " + without->name);

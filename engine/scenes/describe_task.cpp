@@ -90,8 +90,8 @@ void describe_insertion(Visitor& v, Phase& phase) {
   describe_way(v, phase);
   v.key({"most_force", kForce, "> 0", "", "What resists by more has jammed."}, phase.most_N);
   v.map({"position", kNone, "", "(Without it: control.position.)",
-         "The PID controller of the object's position in this phase. Without an integral gain it does not push on "
-         "against a wall."},
+         "The PID controller of the object's position in this phase, and in a place that follows it. Without an "
+         "integral gain it does not push on against a wall."},
         phase.position, [&](PidGains& gains) { describe_position_gains(v, gains); });
   v.map({"rotation", kNone, "", "(Without it: control.rotation.)", "That of its rotation."}, phase.rotation,
         [&](PidGains& gains) { describe_rotation_gains(v, gains); });
@@ -197,6 +197,21 @@ void check_phases(Visitor& v, const Scene& scene) {
   }
 }
 
+void describe_goal(Visitor& v, TaskGoal& goal) {
+  v.key({"position", kLength, "", "(Without it any.)", "Where the origin of the object frame should be."},
+        goal.position_m);
+  v.key({"rotation", kNone, "", "(Without it any.)",
+         "The rotation that the object should have. The turn of a body of revolution about its axis does not count."},
+        goal.rotation);
+  if (v.reads() && !goal.position_m && !goal.rotation && !v.is_refused("position") && !v.is_refused("rotation"))
+    v.refuse("position", "or rotation is required: without them nothing is judged");
+  if (!v.is_there("within", true)) return;
+  v.map({"within", kNone, "", "(Without it: 2 mm and 5 degrees.)", "How far from them it may be."}, [&] {
+    v.key({"distance", kLength, "> 0", "2 mm", "From the position."}, goal.within_m);
+    v.key({"angle", kAngle, "> 0", "5 deg", "From the rotation."}, goal.within_rad);
+  });
+}
+
 }  // namespace
 
 void describe_task(Visitor& v, Scene& scene) {
@@ -232,6 +247,11 @@ void describe_task(Visitor& v, Scene& scene) {
   v.key({"lost", kLength, "> 0", "(Without it: by the radius of its pulp.)",
          "A finger that slid so far has lost the object."},
         task.lost_m);
+  v.map(
+      {"goal", kNone, "", "(Without it where the object is at the end is not judged.)",
+       "Where the object should be at the end, in the axes in which the bodies of the environment are placed, however "
+       "the arm has gone; a task that misses it has failed."},
+      task.goal, [&](TaskGoal& goal) { describe_goal(v, goal); });
 }
 
 }  // namespace thenar

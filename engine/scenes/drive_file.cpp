@@ -65,7 +65,11 @@ DriveTable load_drive(const std::filesystem::path& file, const Hand& hand) {
   }
   std::vector<std::string> joints, muscles;
   for (const Joint& joint : hand.joints) joints.push_back(joint.name + "_Nm");
-  for (const Muscle& muscle : hand.muscles) muscles.push_back(muscle.name + "_N");
+  for (const Muscle& muscle : hand.muscles) {
+    // A run whose muscles act has what it asked for in columns of its own.
+    const std::string asked = muscle.name + "_asked_N";
+    muscles.push_back(columns.has(asked) ? asked : muscle.name + "_N");
+  }
   const auto has = [&](const std::string& name) { return columns.has(name); };
   const bool any_joint = std::any_of(joints.begin(), joints.end(), has);
   const bool any_muscle = std::any_of(muscles.begin(), muscles.end(), has);

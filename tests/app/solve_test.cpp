@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/formats/fclib_file.h"
+#include "engine/formats/number_table.h"
 #include "engine/formats/problem_file.h"
 #include "engine/problems/problem_check.h"
 #include "tests/support/json_eigen.h"
@@ -231,6 +232,25 @@ TEST(DumpProblems, WritesWhatTheRunSolved) {
     const double cold = contact_residual(contact.problem(), VectorXd::Zero(contact.f_last.size())).norm;
     EXPECT_LE(contact_residual(contact.problem(), contact.f_last).norm, 0.2 * cold);
   }
+}
+
+// Where a stiffness is chosen the muscles' problem is P3, whose forces are those that the run commanded: of the file by
+// the program, and of signals.csv, which has nine digits.
+TEST(DumpProblems, WritesTheProblemOfAStiffnessThatTheRunSolved) {
+  const fs::path folder = scratch() / "problems", out = scratch() / "out";
+  const Outcome run = thenar_program("run " + config("box_stiff.yaml") + " --time 0.06 --no-figures --out " +
+                                     out.string() + " --dump-problems " + folder.string() + " --dump-every 50");
+  ASSERT_EQ(run.code, 0) << run.text;
+  const auto results = results_of("--repeat 1 --forces " + (folder / "muscle-000050.json").string());
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].at("problem"), "P3");
+  EXPECT_EQ(results[0].at("status"), "optimal");
+  const VectorXd f = vector_of(results[0].at("f"));
+  const NumberTable signals = read_number_table(out / "signals.csv");
+  const auto first = std::ranges::find(signals.names, "OP_N") - signals.names.begin();
+  ASSERT_LE(first + f.size(), std::ssize(signals.names));
+  EXPECT_LE((signals.numbers.row(50).segment(first, f.size()).transpose() - f).cwiseAbs().maxCoeff(),
+            1e-6 * f.maxCoeff());
 }
 
 TEST(DumpProblems, NeedsAVirtualClock) {

@@ -66,8 +66,8 @@ TEST(PoseLoop, WhatItThrowsAwayIsUnstable) {
   EXPECT_TRUE(verdict.lost_s.has_value());
 }
 
-/// Returns the largest eigenvalue of B^-1 K, K the P gains and B the viscosity of the object and of fingers that hold it
-/// by rigid points, b (J J')^-1 at each.
+/// Returns the largest eigenvalue of B^-1 K, K the P gains and B the viscosity of the object and of fingers that hold
+/// it by rigid points, b (J J')^-1 at each.
 double rigid_rate(const Model& model) {
   const Scene& scene = model.scene;
   const State start(model);
@@ -91,9 +91,9 @@ double rigid_rate(const Model& model) {
   return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d>(K, B, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 }
 
-// With a delay that is long against what pulps and fingers take to respond, the grasp is x' = -k x(t - T) in each of its
-// modes: the limit is k T = pi/2. Pulps give way, by some ms of 200, and the force control, which is slow then, takes 3 %
-// of the viscosity.
+// With a delay that is long against what pulps and fingers take to respond, the grasp is x' = -k x(t - T) in each of
+// its modes: the limit is k T = pi/2. Pulps give way, by some ms of 200, and the force control, which is slow then,
+// takes 3 % of the viscosity.
 TEST(PoseLoop, IsADelayedIntegratorWhereTheDelayIsLong) {
   for (const char* name : {"box_grasp", "box_load"}) {
     Scene scene = scene_of(name, {kCoarseBox});

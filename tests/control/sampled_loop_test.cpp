@@ -62,8 +62,8 @@ TEST(SampledLoop, WithoutADelayAPeriodTakesItsShare) {
 }
 
 // x' = -k x(t - T) is stable up to k T = pi/2, and sampled in steps of T / n up to k T = 2 n sin(pi / (4 n + 2)): there
-// z^(n+1) - z^n + k T / n has a pair of roots on the unit circle. With the half step that a command is old in the mean it
-// is pi/2 (sin x / x), x = pi / (4 n + 2), 0.17 / n^2 below at most.
+// z^(n+1) - z^n + k T / n has a pair of roots on the unit circle. With the half step that a command is old in the mean
+// it is pi/2 (sin x / x), x = pi / (4 n + 2), 0.17 / n^2 below at most.
 TEST(SampledLoop, ADelayedIntegratorIsStableUpToHalfPi) {
   for (const int delay : {1, 7, 100, 400}) {
     const double most = 2.0 * std::sin(std::numbers::pi / (4.0 * delay + 2.0));

@@ -84,19 +84,26 @@ Patch random_patch(std::mt19937_64& random) {
   return patch;
 }
 
-// A patch that moves as a rigid plate: its slip is the way of the pressure centre, its spin the plate's turn, whatever
-// the pressure. Rounding of 12 terms, divided by places of millimetres.
+// A patch that moves as a rigid plate: its slip is the way of the pressure centre, its spin the plate's turn about the
+// normal, whatever the pressure; the dent of an object that gives way evenly is that way. Rounding of 12 terms, divided
+// by places of millimetres.
 TEST(PatchReport, SlipAndSpinOfARigidPlateAreItsWayAndTurn) {
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 20; ++trial) {
     Patch patch = random_patch(random);
     const Vector3d way(uniform(random, -1e-5, 1e-5), uniform(random, -1e-5, 1e-5), 0.0);
     const double turn = uniform(random, -1e-3, 1e-3);
-    for (PatchPoint& point : patch.points) point.d_W = way + turn * Vector3d::UnitZ().cross(point.r_W);
+    const Vector3d dent(1e-4, 2e-4, 5e-4);
+    for (PatchPoint& point : patch.points) {
+      point.d_W = way + turn * Vector3d::UnitZ().cross(point.r_W);
+      point.u_end_O = dent;
+    }
     patch.sum_forces();
     const PatchReport report = patch.report();
+    EXPECT_LE((report.slip_W - way).norm(), 1e-18);
     EXPECT_NEAR(report.slip_m, way.norm(), 1e-18);
-    EXPECT_NEAR(report.spin_rad, std::abs(turn), 1e-15);
+    EXPECT_NEAR(report.spin_rad, turn, 1e-15);
+    EXPECT_LE((report.dent_O - dent).norm(), 1e-18);
   }
 }
 
@@ -118,10 +125,9 @@ TEST(PatchReport, SpinIsTheLeastSquaresTurn) {
     }
     return sum;
   };
-  const double signed_spin = left(spin) < left(-spin) ? spin : -spin;
-  EXPECT_GT(spin, 1e-4);
-  EXPECT_LT(left(signed_spin), left(1.01 * signed_spin));
-  EXPECT_LT(left(signed_spin), left(0.99 * signed_spin));
+  EXPECT_GT(std::abs(spin), 1e-4);
+  EXPECT_LT(left(spin), left(1.01 * spin));
+  EXPECT_LT(left(spin), left(0.99 * spin));
 }
 
 // Half of the force on points that slide, a quarter on points that rest on their cones, a quarter on ones that stick
@@ -207,7 +213,8 @@ TEST(PatchMargin, EllipsoidAgainstTheExactLimitSurfaceOfAHertzPatch) {
 
 /// The motion of a tick by states alone: where the finger's points were against the object's before and after it.
 struct Motion {
-  std::array<double, kFingers> slip_m{}, spin_rad{};
+  std::array<Vector3d, kFingers> slip_O;
+  std::array<double, kFingers> spin_rad{};
 };
 
 Motion motion_of(const Loop& loop, const State& before) {
@@ -216,6 +223,7 @@ Motion motion_of(const Loop& loop, const State& before) {
   forward_kinematics(hand, before.q, pose_before);
   forward_kinematics(hand, loop.state.q, pose);
   Motion motion;
+  motion.slip_O.fill(Vector3d::Zero());
   for (int k = 0; k < kFingers; ++k) {
     Eigen::MatrixXd A(0, 4);
     std::vector<Vector3d> r, d;
@@ -250,8 +258,8 @@ Motion motion_of(const Loop& loop, const State& before) {
       turn += f[i] * across.dot(d[i]);
       inertia += f[i] * across.squaredNorm();
     }
-    motion.slip_m[k] = slip.norm();
-    if (inertia > 0.0) motion.spin_rad[k] = std::abs(turn / inertia);
+    motion.slip_O[k] = slip;
+    if (inertia > 0.0) motion.spin_rad[k] = turn / inertia;
   }
   return motion;
 }
@@ -267,9 +275,11 @@ TEST(ContactTick, ReportsTheSlipAndSpinThatTheStatesShow) {
     const TickReport report = loop.tick();
     const Motion motion = motion_of(loop, before);
     for (int k = 0; k < kFingers; ++k) {
-      EXPECT_NEAR(report.patch[k].slip_m, motion.slip_m[k], 1e-15);
-      EXPECT_NEAR(report.patch[k].spin_rad, motion.spin_rad[k], 1e-12 + 1e-2 * motion.spin_rad[k]);
-      most_m = std::max(most_m, motion.slip_m[k]);
+      const Vector3d slip_O = before.X_WO.linear().transpose() * report.patch[k].slip_W;
+      EXPECT_LE((slip_O - motion.slip_O[k]).norm(), 2e-15);
+      EXPECT_EQ(report.patch[k].slip_m, report.patch[k].slip_W.norm());
+      EXPECT_NEAR(report.patch[k].spin_rad, motion.spin_rad[k], 1e-12 + 1e-2 * std::abs(motion.spin_rad[k]));
+      most_m = std::max(most_m, slip_O.norm());
     }
   }
   EXPECT_GT(most_m, 1e-9);

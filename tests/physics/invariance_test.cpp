@@ -43,7 +43,7 @@ Outcome run(Model model, double duration_s) {
     const TickReport tick = loop.tick();
     for (int k = 0; k < kFingers; ++k) {
       outcome.slip_m[k] += tick.patch[k].slip_m;
-      outcome.spin_rad[k] += tick.patch[k].spin_rad;
+      outcome.spin_rad[k] += std::abs(tick.patch[k].spin_rad);
       outcome.margin[k] = tick.patch[k].margin;
     }
   }

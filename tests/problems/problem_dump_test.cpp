@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "engine/loops/run.h"
 #include "engine/models/build_model.h"
 #include "engine/problems/problem_check.h"
+#include "solvers/muscles/stiff_muscles.h"
 #include "tests/support/scenes.h"
 #include "tests/support/scratch.h"
 
@@ -78,9 +80,74 @@ TEST(ProblemDump, ControlProblemsHaveTheAnswersOfTheTick) {
   EXPECT_EQ(grasp.status, "optimal");
   // The same problem but for the rounding of the points' shift.
   EXPECT_LE((grasp.f_optimal - loop.controller.f_desired).norm(), 1e-12 * grasp.f_optimal.norm());
-  const MuscleFile muscles = muscle_problem_file(loop.controller, loop.report);
+  const auto muscles = std::get<MuscleFile>(muscle_problem_file(loop.controller, loop.report));
   EXPECT_EQ(muscles.status, "optimal");
   EXPECT_LE(muscle_residual(muscles, loop.controller.f_muscle), 1e-12);
+}
+
+/// The box of which muscles are asked for a stiffness, N/m and the same on an arm of 23 mm.
+Scene stiff_box(const char* translation, const char* rotation) {
+  const auto all = [](const std::string& key, const std::string& value) {
+    return "control.muscles.object_stiffness." + key + "=[" + value + ", " + value + ", " + value + "]";
+  };
+  return scene_of("box_stiff", {kCoarseBox, all("translation", translation), all("rotation", rotation)});
+}
+
+// Where a stiffness is chosen the problem of the muscles is that, with or without a squeeze. Solved from nothing, as a
+// reader of the file does, it has the forces that the run found from the last ones: both to 1e-9 of the largest force
+// [stiff_kkt_error], which the forces may answer a hundredfold, where stiffness hardly depends on some of them.
+TEST(ProblemDump, MuscleProblemsUnderAStiffnessHaveTheForcesOfTheTick) {
+  const std::filesystem::path file = scratch() / "muscle.json";
+  for (const double squeeze_N : {0.0, 2.0}) {
+    SCOPED_TRACE(squeeze_N);
+    Scene scene = stiff_box("150 N/m", "0.08 N*m/rad");
+    scene.control->muscles->object_stiffness->most_squeeze_N = squeeze_N;
+    Loop loop(std::move(scene));
+    loop.run(0.1);
+    for (int tick = 0; tick < 5; ++tick) {
+      loop.tick();
+      ASSERT_GT(loop.report.stiffness.share, 0.0);
+      std::visit([&](const auto& problem) { write_problem(file, problem); },
+                 muscle_problem_file(loop.controller, loop.report));
+      const auto stiff = std::get<StiffMuscleFile>(read_problem(file));
+      EXPECT_EQ(stiff.status, "optimal");
+      EXPECT_EQ(stiff.squeeze.has_value(), squeeze_N > 0.0);
+      VectorXd f = VectorXd::Zero(stiff.H.cols());
+      ASSERT_EQ(solve_stiff_muscles(stiff, f).status, MuscleStatus::kOptimal);
+      EXPECT_LE((f - loop.controller.f_muscle).cwiseAbs().maxCoeff(), 1e-7 * f.maxCoeff());
+      // They are not the least forces.
+      VectorXd least = VectorXd::Zero(f.size());
+      ASSERT_EQ(solve_muscle_forces({stiff.H, stiff.tau, stiff.limit}, least).status, MuscleStatus::kOptimal);
+      EXPECT_GT((f - least).cwiseAbs().maxCoeff(), 0.1 * f.maxCoeff());
+      EXPECT_FALSE(unmet_stiffness_file(loop.controller, loop.report));
+    }
+  }
+}
+
+// What was asked for and cannot be had is a problem of its own, proved to have no answer; what was solved in its place
+// is one with an answer.
+TEST(ProblemDump, AStiffnessThatCannotBeHadIsAProblemWithoutAnAnswer) {
+  const std::filesystem::path file = scratch() / "stiffness.json";
+  Loop loop(stiff_box("2000 N/m", "1 N*m/rad"));
+  int unmet = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    loop.tick();
+    const std::optional<StiffMuscleFile> problem = unmet_stiffness_file(loop.controller, loop.report);
+    ASSERT_EQ(problem.has_value(), loop.report.stiffness.is_infeasible);
+    if (!problem || ++unmet % 10 != 1) continue;
+    write_problem(file, *problem);
+    const auto stiff = std::get<StiffMuscleFile>(read_problem(file));
+    EXPECT_EQ(stiff.status, "infeasible");
+    EXPECT_NEAR((stiff.K_des.topLeftCorner<3, 3>().trace()), 3.0 * 2000.0, 1e-6) << "all of it, in any axes";
+    VectorXd f = VectorXd::Zero(stiff.H.cols());
+    const StiffMuscleReport report = solve_stiff_muscles(stiff, f);
+    EXPECT_EQ(report.status, MuscleStatus::kInfeasible);
+    EXPECT_LT(stiff_infeasibility_gap(stiff, report), 1.0) << "a proof";
+    const MusclesFile solved = muscle_problem_file(loop.controller, loop.report);
+    EXPECT_EQ(std::visit([](const auto& one) { return one.status; }, solved), "optimal");
+    EXPECT_EQ(std::holds_alternative<StiffMuscleFile>(solved), loop.report.stiffness.share > 0.0);
+  }
+  EXPECT_GT(unmet, 0);
 }
 
 // Of a grip that answers, each finger has a friction and a squeeze of its own, and the pose is known late: a file of it

@@ -157,8 +157,8 @@ class SameBits(unittest.TestCase):
 class Views(unittest.TestCase):
     FIELDS = {"q_rad": (12,), "object": (4, 4), "force_N": (3, 3), "centre_m": (3, 3), "normal": (3, 3),
               "normal_N": (3,), "tangential_N": (3,), "desired_N": (3, 3), "margin": (3,), "slip_m": (3,),
-              "spin_rad": (3,), "sliding_share": (3,), "creep_m_per_s": (3,), "position_m": (3,),
-              "path_target_m": (3,), "torques_Nm": (12,), "muscles_N": (23,), "stop_Nm": (12,)}
+              "spin_rad": (3,), "walk_m": (3, 3), "turn_rad": (3,), "sliding_share": (3,), "creep_m_per_s": (3,),
+              "position_m": (3,), "path_target_m": (3,), "torques_Nm": (12,), "muscles_N": (23,), "stop_Nm": (12,)}
 
     def setUp(self):
         self.run_ = thenar.Simulation(box())

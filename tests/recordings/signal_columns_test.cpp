@@ -86,5 +86,29 @@ TEST(RecordingFile, OldOnesAreReadInTheSameWords) {
   EXPECT_EQ(run_csv(read_recording(file)), "thumb_normal_N,index_normal_N,q_rad,penetration_um\n1.5,2.5,0.25,3\n");
 }
 
+// Before version 3 the forces of muscles with stiffness lacked what their stretch adds, and do not pass for all of it.
+TEST(RecordingFile, OldForcesOfStretchedMusclesAreReadAsWhatTheyWere) {
+  for (const bool stiff : {false, true}) {
+    ordered_json scene = {{"version", 2},
+                          {"fields",
+                           {{{"name", "time_s"}, {"unit", "s"}, {"begin", 0U}, {"count", 1U}},
+                            {{"name", "q_rad"}, {"unit", "rad"}, {"begin", 1U}, {"count", 1U}},
+                            {{"name", "muscles_N"}, {"unit", "N"}, {"begin", 2U}, {"count", 1U}}}},
+                          {"muscles", {{{"name", "FPL"}}}}};
+    if (stiff) scene["object_stiffness"] = nullptr;
+    const std::array<double, 3> numbers = {0.5, 0.25, 8.5};
+    std::string state = "THNR" + std::string("\x02\x00\x02\x00", 4);
+    state.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+    const std::filesystem::path file = scratch() / "old_forces.mcap";
+    McapWriter old(file, {{"/scene", "json", "S", "jsonschema", "{}"}, {"/state", "thenar", "T", "text", ""}});
+    old.add(0, 0.0, scene.dump());
+    old.add(1, 0.5, state);
+    old.finish();
+    const RecordedRun run = read_recording(file);
+    EXPECT_EQ(run_csv(run), std::string("time_s,q_rad,FPL_") + (stiff ? "unstretched_N" : "N") + "\n0.5,0.25,8.5\n");
+    EXPECT_TRUE(run_sto(run, file).ends_with("time\tjoint_1\tFPL\n0.5\t0.25\t8.5\n"));
+  }
+}
+
 }  // namespace
 }  // namespace thenar::signal_columns_test

@@ -160,9 +160,9 @@ TEST(StateMessage, OfAnotherVersionOrLengthIsNone) {
   EXPECT_EQ(read_state_message(bytes).size(), 2U);
   EXPECT_TRUE(read_state_message(bytes + "x").empty());
   EXPECT_TRUE(read_state_message(bytes.substr(0, 7)).empty());
-  for (const int version : {0, 1, 2, 3}) {
+  for (const int version : {0, 1, 2, 3, 4}) {
     bytes[4] = static_cast<char>(version);
-    EXPECT_EQ(read_state_message(bytes).empty(), version < 1 || version > 2) << version;
+    EXPECT_EQ(read_state_message(bytes).empty(), version < 1 || version > 3) << version;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -41,12 +42,12 @@ TEST(Recorder, ComparesWithTheTargetThatTheCallerWants) {
 TEST(Recorder, KeepsWhatComesAfterTheScenesEnd) {
   const Model model = build_model(scene_of("box_grasp", {"time.duration=5 ms"}));
   Recorder recorder(model);
-  const Snapshot state = State(model);
+  Snapshot state = State(model);
   const TickReport contact(model.scene.hand);
   const ControlReport control(model.scene.hand);
-  Eigen::VectorXd muscle_forces_N(std::ssize(model.scene.hand.muscles));
+  const Eigen::VectorXd muscle_forces_N = Eigen::VectorXd::Zero(std::ssize(model.scene.hand.muscles));
   for (int i = 1; i <= 23; ++i) {
-    muscle_forces_N.setConstant(i);
+    state.pull_N.setConstant(i);
     EXPECT_TRUE(recorder.see_tick({state, contact, control, muscle_forces_N}));
   }
   const Recording recording = recorder.finish(state, control, 0.0);
@@ -69,6 +70,31 @@ TEST(Recorder, KeepsAStiffnessOncePerFrame) {
     records.insert(tick.stiffness.now.get());
   }
   EXPECT_EQ(records.size(), 10U);
+}
+
+// A patch's way is the sum of its slips as vectors from 0.3 s on, in the object's axes: here the object turns by 90
+// degrees between two of them, which then go along the same line of it, there and back but for 1 um.
+TEST(Recorder, AddsUpTheWayOfAPatch) {
+  const Model model = build_model(scene_of("minimal"));
+  RunSums sums;
+  const auto added = [&](double time_s, double turned_rad, const Eigen::Vector3d& slip_W, double spin_rad) {
+    TickRecord tick(model.scene.hand);
+    tick.time_s = time_s;
+    tick.X_WO.linear() = Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    tick.contact.patch[1].slip_W = slip_W;
+    tick.contact.patch[1].slip_m = slip_W.norm();
+    tick.contact.patch[1].spin_rad = spin_rad;
+    sums.add(tick);
+    return tick;
+  };
+  EXPECT_TRUE(added(0.2, 0.0, {1e-3, 0.0, 0.0}, 0.5).walk_m[1].isZero(0.0)) << "the grip builds up";
+  added(0.4, 0.0, {1e-4, 0.0, 0.0}, 0.3);
+  const TickRecord last = added(0.5, 0.5 * std::numbers::pi, {0.0, -0.99e-4, 0.0}, -0.1);
+  EXPECT_LE((last.walk_m[1] - Eigen::Vector3d(1e-6, 0.0, 0.0)).norm(), 1e-18);
+  EXPECT_NEAR(last.turn_rad[1], 0.2, 1e-15);
+  EXPECT_NEAR(last.slip_m[1], 1.199e-3, 1e-15) << "sizes add up";
+  EXPECT_NEAR(last.spin_rad[1], 0.9, 1e-15);
+  EXPECT_TRUE(last.walk_m[0].isZero(0.0));
 }
 
 // All ticks of a frame report its reflex: it began with the first of them, and is remembered.

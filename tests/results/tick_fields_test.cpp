@@ -55,10 +55,13 @@ TEST(TickFields, AreAllInTheTableOfSignals) {
     EXPECT_EQ(std::set(table.names.begin(), table.names.end()).size(), table.names.size());
     ASSERT_FALSE(run.ticks.empty());
     const auto last = std::ssize(run.ticks) - 1;
-    std::vector<double> muscle_N(run.muscle_forces_N.rows());
-    for (std::size_t m = 0; m < muscle_N.size(); ++m)
-      muscle_N[m] = run.muscle_forces_N(static_cast<Eigen::Index>(m), last);
-    const TickView view = view_of(model, run.ticks.back(), muscle_N);
+    const auto in_last = [&](const Eigen::MatrixXd& all) {
+      std::vector<double> numbers;
+      for (Eigen::Index m = 0; m < all.rows(); ++m) numbers.push_back(all(m, last));
+      return numbers;
+    };
+    const std::vector<double> muscle_N = in_last(run.muscle_forces_N), asked_N = in_last(run.muscles_asked_N);
+    const TickView view = view_of(model, run.ticks.back(), muscle_N, asked_N);
     std::size_t all = 0;
     for (const TickField& field : tick_fields()) {
       if (!field.is_in_signals() || !field.is_in(model)) continue;
@@ -104,14 +107,16 @@ TEST(TickFields, HaveTheNumbersThatTheyName) {
   EXPECT_EQ(numbers("q_rad"), std::vector<double>(state.q.begin(), state.q.end()));
   EXPECT_EQ(numbers("position_m"), std::vector<double>(tick.position_m.begin(), tick.position_m.end()));
   const std::vector<double> object = numbers("object"), force_N = numbers("force_N"), normal_N = numbers("normal_N"),
-                            slip_m = numbers("slip_m"), stick = numbers("stick"), squeeze_N = numbers("squeeze_N"),
-                            felt_N = numbers("felt_tangential_N"), desired_N = numbers("desired_N");
+                            slip_m = numbers("slip_m"), walk_m = numbers("walk_m"), stick = numbers("stick"),
+                            squeeze_N = numbers("squeeze_N"), felt_N = numbers("felt_tangential_N"),
+                            desired_N = numbers("desired_N");
   EXPECT_EQ(object[1], state.X_WO.translation().y());
   EXPECT_EQ(object[4], state.X_WO.linear()(0, 1)) << "rotation by rows";
   for (int k = 0; k < model.fingers(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     EXPECT_EQ(normal_N[i], tick.force[k].normal_N);
     EXPECT_EQ(slip_m[i], tick.slip_m[k]);
+    EXPECT_EQ(walk_m[3 * i + 1], tick.walk_m[k].y());
     EXPECT_EQ(stick[i], state.touch[k].stick);
     EXPECT_EQ(squeeze_N[i], tick.reflex.grips[k].internal_force_N);
     EXPECT_EQ(force_N[3 * i + 2], state.load[k].force_N.z());

@@ -40,6 +40,49 @@ TEST(Verdict, TellsWhatBecameOfARun) {
   EXPECT_EQ(run.outcome(), Outcome::kSolverFailed);
 }
 
+// Ways add up as vectors: a patch that goes to and fro stays, one that goes on in small steps slips, though it never
+// slides as a whole. What slid as a whole is told as that; a scene that names how far is lost tolerates less.
+TEST(Verdict, APatchThatWalksSlips) {
+  using Eigen::Vector3d;
+  const double most_m = kWalks * minimal().scene.hand.fingertips[0].radius_m;
+  Watched run = steady_run();
+  for (std::size_t i = 310; i + 10 < 500; i += 20) {
+    run.walk(i, 0, Vector3d(0.0, 0.9 * most_m, 0.0), 0.1);
+    run.walk(i + 10, 0, Vector3d(0.0, -0.9 * most_m, 0.0), -0.1);
+  }
+  EXPECT_EQ(in_words(run.verdict()), "held");
+  // The third of ten steps is beyond; the farthest place is beside that of the way to and fro.
+  for (std::size_t i = 400; i < 410; ++i) run.walk(i, 0, Vector3d(0.4 * most_m, 0.0, 0.0), 2.0 / kDegrees);
+  ASSERT_NEAR(most_m, 0.63e-3, 1e-12);
+  EXPECT_EQ(in_words(run.verdict()),
+            "slipping: the thumb's patch walked 2.58 mm net and turned by 26 degrees, in turns, from 0.403 s on");
+
+  run.slip(420, 0, 2.0 * kSlipping_m);
+  EXPECT_EQ(in_words(run.verdict()), "slipping: the thumb slipped 0.20 mm from 0.421 s on");
+  run = steady_run();
+  run.walk(350, 2, Vector3d(0.0, 0.0, 1.01 * most_m));
+  EXPECT_EQ(run.outcome(), Outcome::kSlipping);
+  Scene scene = minimal().scene;
+  scene.task.lost_m = 2e-3;
+  EXPECT_EQ(run.verdict(build_model(scene, minimal())).outcome, Outcome::kHeld);
+  // Before the fingers hold the object they may walk on it.
+  for (std::size_t i = 0; i < 400; ++i) run.ticks[i].holds = false;
+  EXPECT_EQ(run.outcome(), Outcome::kHeld);
+}
+
+// A run that goes on after the loss keeps the story of one that ends there.
+TEST(Verdict, StaysAsItWasAtTheEnd) {
+  Watched run = steady_run();
+  run.slip(400, 0, 1.1 * minimal().scene.hand.fingertips[0].radius_m);
+  Watched ended = run;
+  ended.ticks.resize(401);
+  run.ticks[420].contact.solve.status = SolveStatus::kNotFinite;
+  run.ticks[420].target_m.x() = 0.1;
+  run.unsolved_muscles(0.43);
+  EXPECT_EQ(run.outcome(), Outcome::kLost);
+  EXPECT_EQ(in_words(run.verdict()), in_words(ended.verdict()));
+}
+
 // A target that runs away is not a hand that lets go, nor the other way round.
 TEST(Verdict, OffTargetIsNotLost) {
   Watched run = steady_run();

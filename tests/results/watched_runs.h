@@ -46,6 +46,13 @@ struct Watched {
     ticks[from].contact.patch[finger].sliding_share = 1.0;
     for (std::size_t i = from; i < ticks.size(); ++i) ticks[i].slip_m[finger] += more_m;
   }
+  /// From this tick on a patch has walked so much more, and turned.
+  void walk(std::size_t from, int finger, const Eigen::Vector3d& more_m, double turn_rad = 0.0) {
+    for (std::size_t i = from; i < ticks.size(); ++i) {
+      ticks[i].walk_m[finger] += more_m;
+      ticks[i].turn_rad[finger] += turn_rad;
+    }
+  }
   void unsolved_muscles(double time_s) {
     ControlReport report = solved();
     report.muscle = MuscleStatus::kInfeasible;

@@ -103,7 +103,7 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
       {"found_carry", {}},
       {"box_wet",
        {"control.anticipation=true", "control.centre=[0 mm, 0 mm, -30 mm]",
-        "control.muscles={activation: 10 ms, deactivation: 40 ms, stiffness: 23.4, frozen_from: 1 s,"
+        "control.muscles={activation: 10 ms, deactivation: 40 ms, stiffness: 23.4, range: 1 %, frozen_from: 1 s,"
         " object_stiffness: {translation: [100 N/m, 100 N/m, 100 N/m],"
         " rotation: [0.05 N*m/rad, 0.05 N*m/rad, 0.05 N*m/rad], centre: [0 mm, 0 mm, 0 mm], squeeze: 2 N}}",
         "fingertips.touch={delay: 65 ms, noise: 5 %, seed: 2}",

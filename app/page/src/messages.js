@@ -2,7 +2,7 @@
 
 const kMagic = 0x524e4854; // "THNR", little-endian
 const kHeader = 8;
-export const kVersion = 2;
+export const kVersion = 3;
 const kOldest = 1; // of recordings: the object's surface came later
 export const kGeometry = 1;
 export const kState = 2;

@@ -23,7 +23,7 @@ export const isAtLimit = (force_N, max_force_N) => force_N >= 0.999 * max_force_
 const lacks = (v) => v.time_s[0] - v.lack_s[0] < kRecent_s;
 
 /** Whether a muscle has nothing left, or had not when there were no forces for a stiffness. */
-export const isSpent = (v, m, {max_force_N}) => isAtLimit(v.muscles_N[m], max_force_N) || Boolean(v.lack_muscles && lacks(v) && v.lack_muscles[m] > 0);
+export const isSpent = (v, m, {max_force_N}) => isAtLimit((v.muscles_asked_N ?? v.muscles_N)[m], max_force_N) || Boolean(v.lack_muscles && lacks(v) && v.lack_muscles[m] > 0);
 
 /** What of a stiffness there were no muscle forces for, if that is not long ago: "rotation about (1.00, 0, 0) lacks 0.031 N m/rad; at their limit: APL". */
 export function lackText(v, muscles) {

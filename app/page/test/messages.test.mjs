@@ -45,13 +45,13 @@ test('the object\'s surface is read where there is one, and a triangle of nothin
 });
 
 test('messages of the versions that there were are read, a newer one is refused', () => {
-  for (const version of [1, 2]) {
+  for (const version of [1, 2, 3]) {
     const old = Buffer.from(geometry());
     old.writeUInt16LE(version, 4);
     readGeometry(bytes(old), scene);
   }
   const newer = Buffer.from(geometry());
-  newer.writeUInt16LE(3, 4);
+  newer.writeUInt16LE(4, 4);
   assert.throws(() => readGeometry(bytes(newer), scene), /reload it/);
 });
 
@@ -84,7 +84,7 @@ test('what is no state of this scene is refused, and the last one stays', () => 
     Buffer.alloc(0), Buffer.from('THNR'), state(1).subarray(0, -1), state(1).subarray(0, -8), state(1).subarray(0, 800), geometry(),
   ];
   const version = Buffer.from(state(1));
-  version[4] = 3;
+  version[4] = 4;
   for (const message of [...broken, version]) assert.throws(() => shown.take(bytes(message)));
   assert.equal(shown.values.time_s[0], 0.25);
 });
