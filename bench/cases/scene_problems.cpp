@@ -1,6 +1,7 @@
 #include "bench/cases/scene_problems.h"
 
 #include <cmath>
+#include <variant>
 
 #include "engine/loops/run.h"
 #include "engine/models/build_model.h"
@@ -45,7 +46,8 @@ SceneProblems scene_problems(const std::string& scene, const std::vector<std::st
     if (!model.scene.control) continue;
     problems.grasps.push_back(grasp_problem_file(model.scene, run.report));
     if (model.scene.control->muscles) {
-      problems.muscles.push_back(muscle_problem_file(run.controller, run.report));
+      const MusclesFile solved = muscle_problem_file(run.controller, run.report);
+      if (const auto* const least = std::get_if<MuscleFile>(&solved)) problems.muscles.push_back(*least);
     }
   }
   return problems;
