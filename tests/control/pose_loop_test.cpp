@@ -105,8 +105,8 @@ TEST(PoseLoop, IsADelayedIntegratorOfRigidFingers) {
   }
 }
 
-// The spring that keeps the posture is a delayed integrator, too, of its stiffness over the joints' viscosity, 10 /s. It
-// is the first to be unstable where the gains of the pose are small: up to 2 sin(pi / (4 n + 2)) = 10 /s times a step.
+// The spring that keeps the posture is a delayed integrator, too, of its stiffness over the joints' viscosity, 10 /s.
+// It is the first to be unstable where the gains of the pose are small: at 2 sin(pi / (4 n + 2)) = 10 /s times a step.
 TEST(PoseLoop, ThePosturesSpringLimitsSmallGains) {
   const Scene scene = scene_of("box_load", {kCoarseBox});
   const double share = *scene.control->posture_Nm_per_rad / scene.joint_viscosity * scene.step_s;
