@@ -438,8 +438,8 @@ Verdict GraspMonitor::verdict() const {
   const bool lacks_forces = unsolved_grasp_ && unsolved_grasp_->time_s > 0.0 &&
                             apart_in_words(model_.scene, unsolved_grasp_->control).empty();
   if (swinging_ || !chatter.empty() || lacks_forces) add(Outcome::kUnstable, loop_in_words());
-  if (lacks_forces && found.empty()) add(Outcome::kUnstable, grip_in_words());
   const bool loops = !found.empty() && found.back().first == Outcome::kUnstable;
+  if (lacks_forces && found.empty()) add(Outcome::kUnstable, grip_in_words());
   if (cause) add(Outcome::kSolverFailed, loops && lacks_forces ? what_failed(*unsolved_grasp_) : unsolved_->what);
   if (swinging_) add(Outcome::kUnstable, swinging_->what);
   if (loss_) add(Outcome::kLost, loss_->what);

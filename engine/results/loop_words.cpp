@@ -76,7 +76,8 @@ std::vector<LoopMargin> loop_margins(const Model& model) {
 }
 
 std::string in_words(const Model& model, const LoopMargin& margin) {
-  if (!margin.is_known()) return "not known: the fingers do not grasp at the start";
+  if (!margin.is_known())
+    return "not known: the fingers do not grasp at the start, or what else the controller does is unstable";
   const double step_ms = 1e3 * model.scene.step_s;
   std::string words = fmt::format("pole of {:.4g} a period, {}", margin.slowest.pole, mode_in_words(margin.slowest));
   words += margin.most_delay < 0 ? "; unstable without a delay, too"
