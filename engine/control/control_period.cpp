@@ -207,19 +207,35 @@ Vector6d proportional(const ControlPeriod& period, const PoseGains& gains) {
   return wrench;
 }
 
-/// Sets the gains of another phase, without a bump [Astrom & Hagglund 2006, 3.5]: the wrench of the integrals is kept,
-/// for the object is as heavy as before, and so is what other gains about another centre would make of the same error,
-/// for what pushes the object out of its place still does. Both are released with the weight to the object's support.
+/// Returns the wrench on the object, about its origin, of the forces that were asked for last.
+Vector6d last_wrench(ControlPeriod& period) {
+  Vector6d wrench = Vector6d::Zero();
+  for (int k = 0; k < period.model.fingers(); ++k) {
+    const Vector3d f = period.controller.f_desired.segment<3>(3 * k);
+    wrench.head<3>() += f;
+    wrench.tail<3>() += (period.contacts()[k].point_m - period.snapshot.X_WO.translation()).cross(f);
+  }
+  return wrench;
+}
+
+/// Sets the gains of another phase, without a bump [Astrom & Hagglund 2006, 3.5]: what the fingers were asked for
+/// beyond the object's weight and what the new gains make of the error, about a new centre or against a new target, is
+/// still needed, for what pushes the object out of its place still does. It is released with the weight to the object's
+/// support.
 void change_gains(ControlPeriod& period) {
   Controller& controller = period.controller;
   const TaskReport& task = period.report.task;
   if (controller.pid_phase == task.phase && controller.pid_integrates == task.integrates) return;
   const PoseGains before = pose_gains(period.model.scene, controller.pid_phase);
   PoseGains now = pose_gains(period.model.scene, task.phase);
-  Vector6d kept = controller.pid->held();
-  move_to_origin(period, before.centre_m, kept);
-  if (task.poses && controller.pid_phase >= 0) kept += proportional(period, before) - proportional(period, now);
-  controller.borne = task.weight_share > 0.0 ? Vector6d(controller.borne + kept) : Vector6d::Zero();
+  if (task.poses && controller.pid_phase >= 0 && task.weight_share >= 1.0) {
+    const Vector6d weight = period.model.weight(period.snapshot.X_WO, period.known_gravity());
+    controller.borne = last_wrench(period) + weight - proportional(period, now);
+  } else {
+    Vector6d held = controller.pid->held();
+    move_to_origin(period, before.centre_m, held);
+    controller.borne = task.weight_share > 0.0 ? Vector6d(controller.borne + held) : Vector6d::Zero();
+  }
   controller.pid_phase = task.phase;
   controller.pid_integrates = task.integrates;
   if (!task.integrates) now.position.i = now.rotation.i = 0.0;
