@@ -1,5 +1,6 @@
 #include "engine/grasp/acting_muscles.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace thenar {
@@ -37,7 +38,10 @@ void let_finger_act(const Model& model, const Frame& frame, int k, const State& 
     if (!gamma) continue;
     const double k_N_per_m = belly_stiffness(model.scene.hand, belly, *gamma, f_N);
     const double elastic_N = -k_N_per_m * arms.dot(turned);
-    if (const auto yielded = yielded_N(*gamma, settings.short_range_strain, f_N, elastic_N)) {
+    // Muscles do not push: shortened by 1 / gamma their fibres are slack, however far their range goes.
+    const double range =
+        elastic_N < 0.0 ? std::min(settings.short_range_strain, 1.0 / *gamma) : settings.short_range_strain;
+    if (const auto yielded = yielded_N(*gamma, range, f_N, elastic_N)) {
       bellies[b].more_N = *yielded;
       more += *yielded * arms;
     } else {

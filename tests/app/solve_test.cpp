@@ -238,7 +238,7 @@ TEST(DumpProblems, WritesWhatTheRunSolved) {
 // the program, and of signals.csv, which has nine digits.
 TEST(DumpProblems, WritesTheProblemOfAStiffnessThatTheRunSolved) {
   const fs::path folder = scratch() / "problems", out = scratch() / "out";
-  const Outcome run = thenar_program("run " + config("box_stiff.yaml") + " --time 0.06 --no-figures --out " +
+  const Outcome run = thenar_program("run " + config("box_stiff.yaml") + " --time 0.6 --no-figures --out " +
                                      out.string() + " --dump-problems " + folder.string() + " --dump-every 50");
   ASSERT_EQ(run.code, 0) << run.text;
   const auto results = results_of("--repeat 1 --forces " + (folder / "muscle-000050.json").string());
@@ -247,7 +247,7 @@ TEST(DumpProblems, WritesTheProblemOfAStiffnessThatTheRunSolved) {
   EXPECT_EQ(results[0].at("status"), "optimal");
   const VectorXd f = vector_of(results[0].at("f"));
   const NumberTable signals = read_number_table(out / "signals.csv");
-  const auto first = std::ranges::find(signals.names, "OP_N") - signals.names.begin();
+  const auto first = std::ranges::find(signals.names, "OP_asked_N") - signals.names.begin();
   ASSERT_LE(first + f.size(), std::ssize(signals.names));
   EXPECT_LE((signals.numbers.row(50).segment(first, f.size()).transpose() - f).cwiseAbs().maxCoeff(),
             1e-6 * f.maxCoeff());

@@ -198,7 +198,9 @@ TEST(ActingMuscles, YieldBeyondTheRangeOfTheirStiffness) {
         const VectorXd h_rest = arms(hand, run.state.q).col(m);
         Index joint = 0;
         h_rest.cwiseAbs().maxCoeff(&joint);
-        run.state.q[joint] += turn_rad;
+        const Joint& turned = hand.joints[static_cast<std::size_t>(joint)];  // Short of its stops, which would push.
+        run.state.q[joint] =
+            std::clamp(run.state.q[joint] + turn_rad, turned.lower_rad + 1e-3, turned.upper_rad - 1e-3);
         const double dl = -arms(hand, run.state.q).col(m).dot(run.state.q - model.scene.posture);
         const double elastic_N = dl / (*hand.muscles[m].fibre_m / (23.4 * 10.0) + 1.0 / hand.muscles[m].tendon_N_per_m);
         const double expected_N = 10.0 + std::clamp(elastic_N, -10.0 * least, 10.0 * most);
@@ -225,7 +227,11 @@ TEST(ActingMuscles, HaveNoStiffnessWhereTheyYield) {
       build_model(free_hand("{stiffness: 23.4}", {{0.0, f}, {1.0, f}}, 0.05, {"gravity=[0 m/s^2, 0 m/s^2, 0 m/s^2]"}));
   GraspRun run(model);
   const Fingertip& tip = hand.fingertips[1];
-  for (int j = 1; j < tip.joints; ++j) run.state.q[tip.first_joint + j] -= 0.3;  // Extended: the flexor is lengthened.
+  for (int j = 1; j < tip.joints; ++j) {  // Extended, short of the stops: the flexor is lengthened.
+    const auto joint = static_cast<std::size_t>(tip.first_joint + j);
+    run.state.q[tip.first_joint + j] =
+        std::max(run.state.q[tip.first_joint + j] - 0.3, hand.joints[joint].lower_rad + 0.02);
+  }
   for (int tick = 0; tick < 10; ++tick) {
     const JointVector before = run.state.q;
     run.tick();

@@ -125,7 +125,9 @@ std::vector<std::pair<std::string, Changes>> scenes_with_all_keys() {
         " {approach: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}},"
         " {close: {press: 1 N, speed: 1 mm/s, within: 1 s}}, {load: {over: 1 s, within: 1 s}},"
         " {lift: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}, {move: {by: [0 mm, 0 mm, 1 mm], over: 1 s,"
-        " within: 1 s}}, {place: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}]"}},
+        " within: 1 s}}, {place: {by: [0 mm, 0 mm, 1 mm], over: 1 s, within: 1 s}}]",
+        "task.goal={position: [0 mm, 0 mm, 0 mm], rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],"
+        " within: {distance: 1 mm, angle: 1 deg}}"}},
       {"resting_box",
        {"environment={friction: 0.3, compliance: 1 um/N, bodies: ["
         "{name: table, shape: {plane: true}, position: [0 mm, 0 mm, 0 mm]},"
@@ -220,7 +222,7 @@ TEST(Keys, AreSuggestedFromTheirOwnMapFirst) {
   EXPECT_EQ(nearest_key(scene_keys(), "control.grasp.frction"), "control.grasp.friction");
   EXPECT_EQ(nearest_key(scene_keys(), "frction"), "contact.friction");
   EXPECT_EQ(nearest_key(scene_keys(), "contct.friction"), "contact.friction");
-  EXPECT_EQ(nearest_key(scene_keys(), "task.push.position"), "object.position");
+  EXPECT_EQ(nearest_key(scene_keys(), "task.push.position"), "task.goal.position");
   EXPECT_EQ(nearest_key(scene_keys(), "temperature_of_the_room"), "");
   // Neither the map that it is in, nor a key elsewhere with as short a name.
   EXPECT_EQ(nearest_key(scene_keys(), "control.muscles.foo"), "");
