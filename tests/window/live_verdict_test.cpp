@@ -26,7 +26,7 @@ class Watched {
       control.step.control = run_.report;
       control.muscle_forces_N = run_.controller.f_muscle;
       TickRecord tick = tick_record(model_, run_.state, contact, run_.report);
-      verdict.add(tick, control);
+      verdict.add(tick, run_.state, control);
     }
   }
 
