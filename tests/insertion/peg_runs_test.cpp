@@ -133,12 +133,12 @@ TEST(Insertion, DoesNotOverlapWhereItIs) {
   }
 }
 
-// c / mu is 0.95 degrees: two points meet at 3 mm, between which friction holds the peg, and goes on holding it while
-// the fingers slip.
+// c / mu is 0.95 degrees: two points meet at 3 mm, between which friction holds the peg, and goes on holding it for a
+// tenth of a second and more, until the fingers' slip has turned it free.
 TEST(Insertion, StaysWedgedAtFourDegreesWithMuchFriction) {
   const Insertion went = insert(scene_of("peg_wedged"));
   EXPECT_LT(went.depth_m, 10e-3);
-  EXPECT_GT(went.wedged, 1000);
+  EXPECT_GT(went.wedged, 100);
   EXPECT_GT(went.normal_N, 2.0 * went.force_N);
 }
 
