@@ -72,7 +72,7 @@ TEST(LiveVerdict, TellsWhenTheBoxIsHeldAgain) {
   for (const auto& [lost, outcome] : {std::pair("2 mm", Outcome::kSlipping), {"0.15 mm", Outcome::kLost}}) {
     SCOPED_TRACE(lost);
     const Model model = build_model(
-        wet_box({std::string("task.lost=") + lost, "task.friction=[{at: 0.4 s, to: 0.3}, {at: 0.42 s, to: 0.8}]"}));
+        wet_box({std::string("task.lost=") + lost, "task.friction=[{at: 0.4 s, to: 0.15}, {at: 0.405 s, to: 0.8}]"}));
     Watched live(model);
     live.until(0.6);
     EXPECT_EQ(live.verdict.verdict().outcome, outcome) << in_words(live.verdict.verdict());
