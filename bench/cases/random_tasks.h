@@ -18,7 +18,8 @@ struct RandomTask {
   std::string variation;  ///< What was drawn, in words.
   Scene scene;
   Eigen::Vector3d goal_m = Eigen::Vector3d::Zero();  ///< Displacement of the object against the environment that the
-                                                     ///< phases are to bring about, object axes at the start.
+                                                     ///< phases are to bring about, object axes at the start: of a
+                                                     ///< peg from there, else from where it is taken.
   /// True if statics without the engine allow it: the hand's friction bears the weight within what a pulp is good for,
   /// the body stays where it is put, and the hole's chamfer takes the offset.
   bool is_possible = false;
@@ -29,7 +30,8 @@ struct RandomTask {
 
 /// An independent look at the end of a run: by poses and forces of the last second alone, and geometry.
 struct TaskLook {
-  bool is_in_place = false;  ///< Within 3 mm of where the phases should have brought it; the peg within 0.5 mm.
+  bool is_in_place = false;  ///< Within 3 mm of where the phases should have brought it from where it was taken (it may
+                             ///< roll before); the peg within 0.5 mm of the hole's floor.
   bool is_upright = false;   ///< Within 5 degrees of its attitude at the start, but for turns that cannot be seen.
   bool is_at_rest = false;   ///< It moved by less than 0.2 mm in the last 0.2 s.
   bool is_free = false;      ///< No finger touches it.

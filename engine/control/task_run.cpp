@@ -247,7 +247,10 @@ TaskRun::Step TaskRun::place(const Model& model, const Snapshot& seen, double lo
   const bool is_over = arm_rests(seen, kSettle_s);
   const PhaseLack none{PhaseFault::kNothingUnder, full_N - load, full_N};
   if (load > (1.0 - kSupported) * full_N) meet(scene, seen);
-  if (now_s_ - met_since_s_ < kMet_s + lag_s(scene)) return {none, is_over};
+  if (now_s_ - met_since_s_ < kMet_s + lag_s(scene)) {
+    // At the end of the arm's way gains without integrals may press too little: what bears anything is tried.
+    if (!is_over || load > (1.0 - kUnaided) * full_N) return {none, is_over};
+  }
   // What is under the object stops it; walls that rub bear as much, and let it go on with the arm.
   const double arm_down_m = down(scene).dot(arm_m(seen.arm, now_s_));
   const double arm_way_m = arm_down_m - met_arm_m_;

@@ -95,8 +95,7 @@ std::string trouble_in_words(const Model& model, const LoopMargin& margin) {
   const PoseGains gains = pose_gains(model.scene, margin.phase);
   const bool grows = !(margin.share < 1.0);
   const PoseMode& mode = grows ? margin.slowest : margin.limiting;
-  const std::string at =
-      fmt::format("at {:.4g} Hz and a delay of {:.3g} ms", 1.0 / scene.control_period_s, step_ms * margin.delay);
+  const std::string at = timing_in_words(scene, margin.delay);
   std::string words =
       fmt::format("the object's pose loop{} {} its delay: {} of the object ", of_phase(model, margin.phase),
                   grows ? "does not stand" : "hardly stands", mode_in_words(mode));
@@ -114,10 +113,8 @@ std::string trouble_in_words(const Model& model, const LoopMargin& margin) {
   if (margin.position > 0.0 && margin.position < 1.0 && gains.position.p > 0.0) {
     add(gain_in_words(of + "position", gains.position, margin.position, "N/m"));
   }
-  if (remedies.empty()) {
-    remedies = fmt::format("{:.2g} of all its gains", kNearLimit / margin.share);
-  }
-  return remedies.empty() ? words : words + "; " + remedies + ", would do";
+  if (remedies.empty()) remedies = fmt::format("{:.2g} of all its gains", kNearLimit / margin.share);
+  return words + "; " + remedies + ", would do";
 }
 
 std::string runaway_in_words(const Model& model, const ControlReport& solved, double time_s) {
