@@ -13,7 +13,7 @@ SECTIONS = (
     ("Sticking, sliding, converging", ("motion", "curved_surface", "edges")),
     ("Where methods fail", ("stability", "contact_families")),
     ("Touch and reflex", ("partial_slip", "reflex", "felt_margin", "pose_loop")),
-    ("Stiffness that is chosen", ("stiffness",)),
+    ("Stiffness that is chosen", ("stiffness", "untuned_stiffness")),
     ("Tasks, and a peg in a hole", ("task", "insertion")),
     ("No more than a scene needs", ("model",)),
     ("Grasps that are found", ("grasp_finding",)),

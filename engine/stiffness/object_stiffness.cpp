@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace thenar {
 
@@ -19,6 +20,8 @@ namespace {
 // Probes move micrometres: contacts must not err by a thousandth of that.
 constexpr double kTolerance = 1e-9;
 constexpr int kLeastSweeps = 1000;
+// Shares of friction with which no contact slides, and with which those slide that nearly do.
+constexpr double kSticks = 1e9, kNearlySlides = 0.99;
 
 /// Freezes the task at this time.
 void hold_task(const Model& of, double at_s, Scene& scene) {
@@ -146,6 +149,77 @@ MuscleEffort effort_of(const Hand& hand, const MuscleVector& forces_N) {
   return effort;
 }
 
+/// Returns the stiffness of a finger's muscles whose joints are turned by q - q_0 from where the forces f are theirs. By
+/// the contact tick's law they drive the joints by h (f + x), x = -k h'(q - q_0), of fibres that have yielded a part of
+/// f: minus its derivative by q, with which the arms h change.
+JointMatrix lengthened_stiffness(const Scene& scene, std::span<const Belly> bellies, int finger,
+                                 const MuscleVector& forces_N, const JointVector& turned_rad) {
+  const MuscleSettings& settings = *scene.control->muscles;
+  const double gamma = *settings.short_range;
+  const Fingertip& tip = scene.hand.fingertips[finger];
+  const auto turned = turned_rad.segment(tip.first_joint, tip.joints);
+  JointMatrix K = JointMatrix::Zero(tip.joints, tip.joints);
+  for (const Belly& belly : bellies) {
+    if (belly.finger != finger) continue;
+    const double f_N = forces_N[belly.muscle], k = belly_stiffness(scene.hand, belly, gamma, f_N);
+    const auto h = belly.arms_m.head(tip.joints);
+    const auto slopes = belly.slopes_m.topLeftCorner(tip.joints, tip.joints);
+    const double elastic_N = -k * h.dot(turned);
+    const auto yielded = yielded_N(gamma, settings.short_range_strain, f_N, elastic_N);
+    if (!yielded) K += k * h * (h + slopes * turned).transpose();
+    K -= (f_N + yielded.value_or(elastic_N)) * slopes;
+  }
+  return K;
+}
+
+/// Returns the mean of two stiffnesses of a grasp's contacts.
+GraspStiffness mean(const GraspStiffness& one, const GraspStiffness& other) {
+  GraspStiffness all = one;
+  all.A = 0.5 * (one.A + other.A);
+  for (std::size_t k = 0; k < one.B.size(); ++k) {
+    all.B[k] = 0.5 * (one.B[k] + other.B[k]);
+    all.B_joints[k] = 0.5 * (one.B_joints[k] + other.B_joints[k]);
+    all.D[k] = 0.5 * (one.D[k] + other.D[k]);
+    all.pulps[k] = 0.5 * (one.pulps[k] + other.pulps[k]);
+  }
+  return all;
+}
+
+PredictedStiffness predict(const GraspRun& run, const MuscleVector& forces_N, bool lengthened) {
+  const Model& model = run.model;
+  const Hand& hand = model.scene.hand;
+  const SeenRun seen(run);
+  const GraspRun& at = seen.at;
+  ContactKinematics now(model);
+  contact_kinematics(model, at.frame, seen.pose, at.state, now);
+  const std::vector<ContactPlace> places = places_of(now, at.frame.size());
+  const GraspStiffness sticking = seen.grasp(places, kSticks), yielding = seen.grasp(places, kNearlySlides);
+  const GraspStiffness grasp = mean(seen.grasp(places), sticking);
+
+  PredictedStiffness all;
+  const JointVector turned_rad = lengthened ? JointVector(at.state.q - at.frame.q_rest) : hand.at_zero();
+  PerFinger<JointMatrix> muscles(model.fingers());
+  all.joints_Nm_per_rad = PerFinger<double>(model.fingers());
+  for (int k = 0; k < model.fingers(); ++k) {
+    muscles[k] = lengthened_stiffness(model.scene, at.frame.bellies, k, forces_N, turned_rad);
+    const MatrixXd joints = grasp.D[k] + muscles[k];
+    const MatrixXd even = 0.5 * (joints + joints.transpose());
+    all.joints_Nm_per_rad[k] = Eigen::SelfAdjointEigenSolver<MatrixXd>(even).eigenvalues()[0];
+  }
+  all.X_WO = at.state.X_WO;
+  Matrix6d R = Matrix6d::Zero();
+  R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = all.X_WO.linear();
+  all.K_O = R.transpose() * grasp.of_object(muscles) * R;
+  all.contacts = grasp.contacts;
+  all.sliding = grasp.sliding;
+  all.near_sliding = yielding.sliding;
+  all.uncertain = compliance_error(yielding.of_object(muscles).inverse(), sticking.of_object(muscles).inverse());
+  all.effort = effort_of(hand, forces_N);
+  const Dynamics laws = dynamics(model, seen.pose, all.X_WO.translation(), grasp, muscles);
+  all.modes = modes_of(model, laws, all.X_WO.linear());
+  return all;
+}
+
 }  // namespace
 
 GraspAt::GraspAt(const Model& of, double at_s, Acting acting) : model(to_be_probed(of, at_s, acting)), run(model) {
@@ -163,9 +237,9 @@ SeenRun::SeenRun(const GraspRun& run) : at(run.model) {
   forward_kinematics(run.model.scene.hand, at.state.q, pose);
 }
 
-GraspStiffness SeenRun::grasp(std::span<const ContactPlace> places) const {
+GraspStiffness SeenRun::grasp(std::span<const ContactPlace> places, double friction_share) const {
   StiffnessWorkspace work(at.model);
-  const ContactLoads loads{at.state.forces, places, at.model.friction(at.time_s())};
+  const ContactLoads loads{at.state.forces, places, friction_share * at.model.friction(at.time_s())};
   return grasp_stiffness(at.model, at.frame, pose, loads, at.model.gravity(at.time_s()), work);
 }
 
@@ -187,37 +261,15 @@ CentredStiffness centred(const Matrix6d& K) {
   return all;
 }
 
-PredictedStiffness predict_stiffness(const GraspRun& run) { return predict_stiffness(run, run.state.muscle_N); }
+double compliance_error(const Matrix6d& measured, const Matrix6d& predicted) {
+  const Vector6d by = predicted.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+  return (by.asDiagonal() * (measured - predicted) * by.asDiagonal()).cwiseAbs().maxCoeff();
+}
+
+PredictedStiffness predict_stiffness(const GraspRun& run) { return predict(run, run.state.muscle_N, true); }
 
 PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& forces_N) {
-  const Model& model = run.model;
-  const Hand& hand = model.scene.hand;
-  const SeenRun seen(run);
-  const GraspRun& at = seen.at;
-  ContactKinematics now(model);
-  contact_kinematics(model, at.frame, seen.pose, at.state, now);
-  const GraspStiffness grasp = seen.grasp(places_of(now, at.frame.size()));
-
-  PredictedStiffness all;
-  const double gamma = *model.scene.control->muscles->short_range;
-  PerFinger<JointMatrix> muscles(model.fingers());
-  all.joints_Nm_per_rad = PerFinger<double>(model.fingers());
-  for (int k = 0; k < model.fingers(); ++k) {
-    muscles[k] = muscle_stiffness(hand, at.frame.bellies, k, gamma, forces_N);
-    const MatrixXd joints = grasp.D[k] + muscles[k];
-    const MatrixXd even = 0.5 * (joints + joints.transpose());
-    all.joints_Nm_per_rad[k] = Eigen::SelfAdjointEigenSolver<MatrixXd>(even).eigenvalues()[0];
-  }
-  all.X_WO = at.state.X_WO;
-  Matrix6d R = Matrix6d::Zero();
-  R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = all.X_WO.linear();
-  all.K_O = R.transpose() * grasp.of_object(muscles) * R;
-  all.contacts = grasp.contacts;
-  all.sliding = grasp.sliding;
-  all.effort = effort_of(hand, forces_N);
-  const Dynamics laws = dynamics(model, seen.pose, all.X_WO.translation(), grasp, muscles);
-  all.modes = modes_of(model, laws, all.X_WO.linear());
-  return all;
+  return predict(run, forces_N, false);
 }
 
 }  // namespace thenar

@@ -29,8 +29,8 @@ struct GraspAt {
 struct SeenRun {
   explicit SeenRun(const GraspRun& run);
 
-  /// Returns the stiffness by the contacts' loads at these places.
-  [[nodiscard]] GraspStiffness grasp(std::span<const ContactPlace> places) const;
+  /// Returns the stiffness by the contacts' loads at these places, with this share of their friction.
+  [[nodiscard]] GraspStiffness grasp(std::span<const ContactPlace> places, double friction_share = 1.0) const;
 
   GraspRun at;
   HandPose pose;
@@ -71,10 +71,13 @@ struct MuscleEffort {
   double share = 0.0;  ///< Share of its largest force.
 };
 
-/// The stiffness of a grasp by its contacts and muscles. See GraspStiffness.
+/// The stiffness of a grasp by its contacts and muscles. See GraspStiffness. A contact that slides resists one of two
+/// opposite pushes as if it stuck, and the other along its normal alone: here it counts half as either.
 struct PredictedStiffness {
   Matrix6d K_O;  ///< About the object's origin, its axes [N/m, N/rad; N, N m/rad].
   int contacts = 0, sliding = 0;
+  int near_sliding = 0;                 ///< Contacts that slide, or have less than a hundredth of their friction left.
+  double uncertain = 0.0;               ///< compliance_error() between these sliding and sticking.
   PerFinger<double> joints_Nm_per_rad;  ///< Least eigenvalue of each D_k + M_k, object clamped; symmetric part.
   std::vector<GraspMode> modes;         ///< The slowest, or the one that grows fastest, first.
   MuscleEffort effort;
@@ -85,9 +88,13 @@ struct PredictedStiffness {
   [[nodiscard]] bool is_stable() const { return slowest().rate_per_s > 0.0; }
 };
 
-/// Predicts the stiffness at a run's state, with the present muscle forces.
+/// Returns the relative error of a compliance: the largest entry of the difference, over roots of predicted diagonals.
+[[nodiscard]] double compliance_error(const Matrix6d& measured, const Matrix6d& predicted);
+
+/// Predicts the stiffness at a run's state, with the present muscle forces and lengths.
 [[nodiscard]] PredictedStiffness predict_stiffness(const GraspRun& run);
-/// Predicts the stiffness with other forces [N], one per muscle, that give the same joint torques.
+/// Predicts the stiffness with other forces [N], one per muscle, that give the same joint torques and are those of the
+/// present lengths.
 [[nodiscard]] PredictedStiffness predict_stiffness(const GraspRun& run, const MuscleVector& forces_N);
 
 }  // namespace thenar

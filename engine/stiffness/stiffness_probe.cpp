@@ -18,7 +18,8 @@ namespace {
 
 constexpr double kLever_m = 0.02;  // Arm that scales rotations to displacements, and moments to forces.
 constexpr double kPush_s = 0.05, kSettle_s = 0.1;
-constexpr double kSmall = 0.1;  // Factor on a probe: motions may grow, and contacts near their cones must stick.
+constexpr double kRest_m = 1e-7;  // Probes move micrometres.
+constexpr double kSmall = 0.1;    // Factor on a probe: motions may grow, and contacts near their cones must stick.
 
 /// Two runs of one grasp that are pushed in opposite ways.
 struct Pair {
@@ -94,6 +95,32 @@ Probed probe(Pair& pair, const Vector6d& wrench, double slowest_per_s, const Pro
 
 }  // namespace
 
+Rest let_rest(GraspAt& grasp, const ProbeSettings& settings) {
+  const Model model = less_viscous(grasp.model, settings.viscosity);
+  GraspRun run(model);
+  run.go_on_as(grasp.run);
+  const double from_s = run.time_s();
+  const Eigen::Isometry3d since = run.state.X_WO;
+  const PredictedStiffness first = predict_stiffness(run);
+  PredictedStiffness now = first;
+  Rest rest;
+  while (!rest.reached && now.contacts > 0 && now.is_stable() && run.time_s() < from_s + settings.most_s) {
+    const double rate_per_s = now.slowest().rate_per_s;
+    const double wait_s = std::min(0.5 / rate_per_s, 0.1 * settings.most_s), stays = std::exp(-rate_per_s * wait_s);
+    const Eigen::Isometry3d X_WO = run.state.X_WO;
+    const JointVector q = run.state.q;
+    for (const double end_s = run.time_s() + wait_s; run.time_s() < end_s;) run.tick();
+    const double moved_m =
+        length(pose_error(run.state.X_WO, X_WO)) + kLever_m * (run.state.q - q).cwiseAbs().maxCoeff();
+    rest.reached = moved_m * stays / (1.0 - stays) < kRest_m;
+    now = predict_stiffness(run);
+  }
+  rest.moved_m = length(pose_error(run.state.X_WO, since));
+  rest.changed = compliance_error(first.K_O.inverse(), now.K_O.inverse());
+  grasp.run.go_on_as(run);
+  return rest;
+}
+
 std::optional<MeasuredStiffness> probe_stiffness(const GraspAt& grasp, const PredictedStiffness& predicted,
                                                  const ProbeSettings& settings) {
   const bool frozen = grasp.model.scene.control->muscles->frozen_from_s.has_value();
@@ -131,11 +158,6 @@ std::optional<MeasuredStiffness> probe_stiffness(const GraspAt& grasp, const Pre
   return all;
 }
 
-double compliance_error(const Matrix6d& measured, const Matrix6d& predicted) {
-  const Vector6d by = predicted.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
-  return (by.asDiagonal() * (measured - predicted) * by.asDiagonal()).cwiseAbs().maxCoeff();
-}
-
 double measure_rate(const GraspAt& grasp, const GraspMode& mode, const ProbeSettings& settings) {
   Vector6d amounts;
   amounts << Eigen::Vector3d::Constant(kSmall * settings.force_N),
@@ -153,10 +175,14 @@ double measure_rate(const GraspAt& grasp, const GraspMode& mode, const ProbeSett
 
 StiffnessStudy study_stiffness(const Model& model, double at_s, Acting acting,
                                const std::optional<ProbeSettings>& settings) {
-  const GraspAt grasp(model, at_s, acting);
-  StiffnessStudy study{grasp.run.time_s(), acting, predict_stiffness(grasp.run), {}, {}, {}};
+  GraspAt grasp(model, at_s, acting);
+  StiffnessStudy study{grasp.run.time_s(), acting, predict_stiffness(grasp.run), {}, {}, {}, {}};
   if (study.predicted.contacts > 0) study.range = stiffness_range(grasp.run);
   if (!settings || study.predicted.contacts == 0) return study;
+  if (acting == Acting::kMuscles) {
+    study.rest = let_rest(grasp, *settings);
+    study.predicted = predict_stiffness(grasp.run);
+  }
   study.measured = probe_stiffness(grasp, study.predicted, *settings);
   if (acting == Acting::kMuscles) study.slowest_per_s = measure_rate(grasp, study.predicted.slowest(), *settings);
   return study;

@@ -14,7 +14,7 @@ struct ProbeSettings {
   double law_s = 0.1;                       ///< Wait if the law continues: eventually integrals undo all motion.
   /// Share of the scene's viscosities of joints and object in probes with constant excitations: they do not affect the
   /// rest state, only the wait.
-  double viscosity = 0.1;
+  double viscosity = 0.02;
   int threads = 2;
 };
 
@@ -28,14 +28,22 @@ struct MeasuredStiffness {
   bool is_finite = true;  ///< True if no contact solve failed.
 };
 
+/// How a grasp with constant excitations came to rest.
+struct Rest {
+  bool reached = false;  ///< False: it was unstable, or still moved after the longest wait.
+  double moved_m = 0.0;  ///< The object's displacement until then, rotations at an arm of 20 mm.
+  double changed = 0.0;  ///< How far this has changed the predicted compliances: compliance_error().
+};
+
+/// Lets a grasp with constant excitations come to rest: the law that has acted before leaves it on its way, along which
+/// contacts and the muscles' lengths change. The run's time goes on.
+Rest let_rest(GraspAt& grasp, const ProbeSettings& settings);
+
 /// Measures the stiffness by probes: half of the difference between two runs with opposite pushes, each until it rests,
 /// so that the run's own motion cancels. Nothing with constant excitations and an unstable mode, as there is no rest.
 [[nodiscard]] std::optional<MeasuredStiffness> probe_stiffness(const GraspAt& grasp,
                                                                const PredictedStiffness& predicted,
                                                                const ProbeSettings& settings);
-
-/// Returns the relative error of a compliance: the largest entry of the difference, over roots of predicted diagonals.
-[[nodiscard]] double compliance_error(const Matrix6d& measured, const Matrix6d& predicted);
 
 /// Measures the rate at which a mode decays or, negative, grows, after a small push: over 1/rate, or `most_s`.
 [[nodiscard]] double measure_rate(const GraspAt& grasp, const GraspMode& mode, const ProbeSettings& settings);
@@ -44,7 +52,8 @@ struct MeasuredStiffness {
 struct StiffnessStudy {
   double at_s = 0.0;
   Acting acting = Acting::kMuscles;
-  PredictedStiffness predicted;
+  PredictedStiffness predicted;  ///< At rest, if that is set; else at the time.
+  std::optional<Rest> rest;      ///< Set if it was probed with constant excitations.
   std::optional<MeasuredStiffness> measured;
   std::optional<double> slowest_per_s;  ///< Measured rate of the slowest mode, with constant excitations.
   std::optional<StiffnessRange> range;  ///< Set if all fingers bear load.

@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::array kMotions = {"along x", "along y", "along z", "about x", "about y", "about z"};
 constexpr std::size_t kModesShown = 5;
+constexpr double kTrusted = 0.02;  // Error of compliances to which predictions and measurements agree.
 
 std::string vector_text(const Vector3d& v) { return fmt::format("[{:.2f}, {:.2f}, {:.2f}]", v.x(), v.y(), v.z()); }
 
@@ -83,6 +84,27 @@ std::string probe_text(const StiffnessStudy& study) {
       "  measured after {:.3g} s, when {:.2g} % of the slowest motion was still to come; meanwhile the object went\n"
       "  {:.3g} mm by itself\n",
       measured.waited_s, 100.0 * measured.moving, 1e3 * measured.drift_m);
+  return text;
+}
+
+/// Says how the grasp came to rest, and where the prediction is not to be trusted.
+std::string doubts_text(const StiffnessStudy& study) {
+  const PredictedStiffness& predicted = study.predicted;
+  std::string text;
+  if (study.rest && predicted.is_stable()) {
+    text += fmt::format(
+        "  at rest, {:.3g} mm from where the object was when excitations stopped, which changes its compliances by "
+        "{:.2g} "
+        "%\n",
+        1e3 * study.rest->moved_m, 100.0 * study.rest->changed);
+    if (!study.rest->reached)
+      text += "  not to be trusted: the object still moves, and the figures are of several states\n";
+  }
+  if (predicted.uncertain > kTrusted) {
+    text += fmt::format(
+        "  not to be trusted beyond {:.2g} %: of the contacts {} slide or nearly do, and resist a push one way only\n",
+        100.0 * predicted.uncertain, predicted.near_sliding);
+  }
   return text;
 }
 
@@ -232,7 +254,7 @@ std::string stiffness_text(const Scene& scene, const StiffnessStudy& study) {
   text +=
       fmt::format("  muscle forces   {:.4g} N in all; {} has {:.3g} % of its largest force, the largest share\n",
                   predicted.effort.sum_N, hand.muscles[predicted.effort.largest].name, 100.0 * predicted.effort.share);
-  text += matrix_text(study) + probe_text(study);
+  text += doubts_text(study) + matrix_text(study) + probe_text(study);
   if (study.acting == Acting::kMuscles && !study.measured && study.slowest_per_s) {
     text += "  not measured, for a motion turns away: there is no rest\n";
   }
@@ -258,6 +280,9 @@ ordered_json stiffness_json(const Scene& scene, const StiffnessStudy& study) {
                     {"free", study.acting == Acting::kMuscles ? "muscles" : "control"},
                     {"contacts", predicted.contacts},
                     {"sliding", predicted.sliding},
+                    {"near_sliding", predicted.near_sliding},
+                    {"uncertain", predicted.uncertain},
+                    {"rest", nullptr},
                     {"muscles",
                      {{"sum_N", predicted.effort.sum_N},
                       {"largest", hand.muscles[predicted.effort.largest].name},
@@ -269,6 +294,9 @@ ordered_json stiffness_json(const Scene& scene, const StiffnessStudy& study) {
                     {"measured", nullptr},
                     {"slowest_measured_per_s", nullptr},
                     {"range", study.range ? range_json(hand, *study.range) : ordered_json(nullptr)}};
+  if (const auto& rest = study.rest) {
+    json["rest"] = {{"reached", rest->reached}, {"moved_m", rest->moved_m}, {"changed", rest->changed}};
+  }
   if (study.slowest_per_s) json["slowest_measured_per_s"] = *study.slowest_per_s;
   if (!study.measured) return json;
   const MeasuredStiffness& measured = *study.measured;

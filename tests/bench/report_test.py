@@ -162,7 +162,8 @@ class Analysis(unittest.TestCase):
         self.assertEqual([name for _, _, missing in layout for name in missing],
                          ["limits", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "curved_surface", "edges",
                           "contact_families",
-                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "task", "insertion", "model",
+                          "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "untuned_stiffness", "task",
+                          "insertion", "model",
                           "grasp_finding",
                           "environment", "growth", "contact_growth", "compression"])
 
@@ -352,7 +353,8 @@ class Page(unittest.TestCase):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
         self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion, curved_surface, edges",
                                 "contact_families",
-                                "partial_slip, reflex, felt_margin, pose_loop", "stiffness", "task, insertion", "model",
+                                "partial_slip, reflex, felt_margin, pose_loop", "stiffness, untuned_stiffness",
+                                "task, insertion", "model",
                                 "grasp_finding",
                                 "environment", "growth, contact_growth, compression"])
 
