@@ -250,7 +250,7 @@ std::string stiffness_text(const Scene& scene, const StiffnessStudy& study) {
                                      : "predicted for the muscles alone, measured while the control law goes on");
   if (predicted.contacts == 0) return text + "  no finger holds the object\n";
   text += fmt::format("  contacts        {} bear load, {} of them slide{}\n", predicted.contacts, predicted.sliding,
-                      predicted.sliding > 0 ? ", and count along their normals alone" : "");
+                      predicted.sliding > 0 ? ", and count half as sticking" : "");
   text +=
       fmt::format("  muscle forces   {:.4g} N in all; {} has {:.3g} % of its largest force, the largest share\n",
                   predicted.effort.sum_N, hand.muscles[predicted.effort.largest].name, 100.0 * predicted.effort.share);
