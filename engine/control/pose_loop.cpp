@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <utility>
 
 #include "engine/control/afference.h"
@@ -103,11 +104,11 @@ int steps_of_period(const Scene& scene) {
   return std::max(1, static_cast<int>(std::lround(scene.control_period_s / scene.step_s)));
 }
 
-/// Returns the axis of a motion that may turn its way as it swings: that of its largest part.
+/// Returns the axis of a motion that may turn its way as it swings: the longer one of its ellipse, along which it is
+/// where its phase makes its square real.
 Vector3d axis_of(const Eigen::Vector3cd& swing) {
-  Eigen::Matrix<double, 3, 2> parts;
-  parts << swing.real(), swing.imag();
-  Vector3d axis = Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>>(parts, Eigen::ComputeFullU).matrixU().col(0);
+  const std::complex<double> square = (swing.transpose() * swing).value();
+  const Vector3d axis = (swing * std::polar(1.0, -0.5 * std::arg(square))).real().normalized();
   Index largest = 0;
   axis.cwiseAbs().maxCoeff(&largest);
   return axis[largest] < 0.0 ? Vector3d(-axis) : axis;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/grasp/state.h"
+
 namespace thenar {
 
 using Eigen::Isometry3d;
@@ -23,9 +25,7 @@ double distance_m(const Isometry3d& from, const Isometry3d& to) {
   return (to.translation() - from.translation()).norm();
 }
 
-double angle_rad(const Isometry3d& from, const Isometry3d& to) {
-  return Eigen::AngleAxisd(Eigen::Matrix3d(from.linear().transpose() * to.linear())).angle();
-}
+double angle_rad(const Isometry3d& from, const Isometry3d& to) { return pose_error(to, from).tail<3>().norm(); }
 
 }  // namespace
 
