@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace thenar {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
+using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 namespace {
@@ -108,8 +110,39 @@ JointsObject solved(JointMatrix A, JointsObject X) {
   return X;
 }
 
+/// The slips of a finger's contacts, at its patch's centre.
+struct PulpSlips {
+  double friction = 0.0;                            ///< Contacts that use so much of theirs slip.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> P;       ///< Of lambda, to the object's restoring forces.
+  Eigen::Matrix<double, Eigen::Dynamic, 6> S;       ///< Of the object's motion against the finger, to w,
+  Eigen::Matrix<double, Eigen::Dynamic, 3> S_turn;  ///< and of its turn against it.
+  MatrixXd G;
+};
+
+/// Sets two columns for each slip: its direction, and that of the force that w is of; returns their number.
+Index set_slips(const Frame& frame, int k, const ContactLoads& loads, PulpSlips& slips, MatrixXd& columns) {
+  Index row = 0, count = 0;
+  slips.S_turn.resize(frame.begin[k + 1] - frame.begin[k], 3);
+  for_each_loaded(frame, k, loads, [&](const Loaded& one) {
+    const Vector3d f_C = one.E_W.transpose() * one.force_N;
+    const double tangential_N = f_C.tail<2>().norm();
+    if (tangential_N > 0.0 && tangential_N >= (1.0 - kAtLimit) * slips.friction * f_C[0]) {
+      Vector3d along(0.0, f_C[1] / tangential_N, f_C[2] / tangential_N);
+      columns.middleCols<2>(9 + 2 * count).setZero();
+      columns.block<3, 1>(row, 9 + 2 * count) = along;
+      along[0] = -tangential_N / f_C[0];
+      columns.block<3, 1>(row, 10 + 2 * count) = along;
+      slips.S_turn.row(count++) = one.force_N.cross(one.E_W * along).transpose();
+    }
+    row += 3;
+  });
+  slips.S_turn.conservativeResize(count, 3);
+  return count;
+}
+
+/// `slips`: null, or those of contacts none of which slides by their loads.
 PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& pose, int k, const ContactLoads& loads,
-                       const Patch& patch, StiffnessWorkspace& work) {
+                       const Patch& patch, StiffnessWorkspace& work, PulpSlips* slips) {
   Index rows = 0;
   const Matrix3d R_WF = pose.distal(model.scene.hand, k).linear();
   for_each_loaded(frame, k, loads, [&](const Loaded& one) {
@@ -135,14 +168,32 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
           one.E_W.col(a).transpose() * tilt;
     }
   });
-  auto R = work.R.topRows(rows);
+  const Index count = slips != nullptr ? set_slips(frame, k, loads, *slips, work.R) : 0;
+  auto R = work.R.topLeftCorner(rows, 9 + 2 * count);
   solve_lower_factor(work.C, R);
   const auto motion = R.leftCols<6>();
+  if (slips != nullptr) {
+    MatrixXd goes(rows, count), holds(rows, count);
+    for (Index i = 0; i < count; ++i) {
+      goes.col(i) = R.col(9 + 2 * i);
+      holds.col(i) = R.col(10 + 2 * i);
+    }
+    slips->P = motion.transpose() * goes;
+    slips->S = holds.transpose() * motion;
+    slips->S_turn -= holds.transpose() * R.middleCols<3>(6);
+    slips->G = holds.transpose() * goes;
+  }
   return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.rightCols<3>())};
 }
 
+/// What a grasp's slips are found with.
+struct SlipSearch {
+  double friction;
+  PerFinger<FingerSlips>& fingers;
+};
+
 void add_finger(const Model& model, const Frame& frame, const HandPose& pose, int k, const ContactLoads& loads,
-                StiffnessWorkspace& work, GraspStiffness& all) {
+                StiffnessWorkspace& work, SlipSearch* search, GraspStiffness& all) {
   const Hand& hand = model.scene.hand;
   const Fingertip& tip = hand.fingertips[k];
   const Vector3d origin_m = frame.X_WO.translation();
@@ -163,7 +214,9 @@ void add_finger(const Model& model, const Frame& frame, const HandPose& pose, in
   for_each_loaded(frame, k, loads, [&](const Loaded& one) {
     patch.moments_Nm += one.force_N * (one.point_m - patch.centre_m).transpose();
   });
-  const auto [K, tilt] = pulp_answer(model, frame, pose, k, loads, patch, work);
+  PulpSlips slips;
+  if (search != nullptr) slips.friction = search->friction;
+  const auto [K, tilt] = pulp_answer(model, frame, pose, k, loads, patch, work, search != nullptr ? &slips : nullptr);
   Matrix6d T = Matrix6d::Identity();
   T.topRightCorner<3, 3>() = -cross_matrix(patch.centre_m - origin_m);
   ObjectJoints J(6, tip.joints);
@@ -182,6 +235,11 @@ void add_finger(const Model& model, const Frame& frame, const HandPose& pose, in
   all.B_joints[k].bottomRows<3>() -= tilt.transpose().lazyProduct(J);
   const JointMatrix mixed = J.transpose().lazyProduct(turned);
   all.D[k] += J.transpose().lazyProduct(K_J - tilted).eval() - mixed - mixed.transpose();
+  if (search == nullptr) return;
+  MatrixXd V_X = slips.S * T;
+  V_X.rightCols<3>() += slips.S_turn;
+  search->fingers[k] = {T.transpose() * slips.P, J.transpose() * slips.P, V_X, slips.S * J + slips.S_turn * turns_k,
+                        slips.G};
 }
 
 }  // namespace
@@ -216,8 +274,10 @@ Matrix6d GraspStiffness::of_object(const PerFinger<JointMatrix>& muscles) const 
   return K;
 }
 
-GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose, const ContactLoads& loads,
-                               const Vector3d& gravity, StiffnessWorkspace& work) {
+namespace {
+
+GraspStiffness stiffness_of(const Model& model, const Frame& frame, const HandPose& pose, const ContactLoads& loads,
+                            const Vector3d& gravity, StiffnessWorkspace& work, SlipSearch* search) {
   const Scene& scene = model.scene;
   GraspStiffness all;
   all.B = all.B_joints = PerFinger<ObjectJoints>(model.fingers());
@@ -226,7 +286,7 @@ GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const Han
   for (int k = 0; k < model.fingers(); ++k) {
     all.B[k] = all.B_joints[k] = ObjectJoints::Zero(6, scene.hand.fingertips[k].joints);
     all.D[k] = gravity_stiffness(scene.hand, pose, k, gravity);
-    add_finger(model, frame, pose, k, loads, work, all);
+    add_finger(model, frame, pose, k, loads, work, search, all);
   }
   all.A.bottomRightCorner<3, 3>() +=
       turning_stiffness(scene.object.mass_kg * gravity, frame.X_WO.linear() * scene.object.centre_of_mass_m);
@@ -235,6 +295,24 @@ GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const Han
     all.A.diagonal().tail<3>().array() += spring->rotation_Nm_per_rad;
   }
   return all;
+}
+
+}  // namespace
+
+GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose, const ContactLoads& loads,
+                               const Vector3d& gravity, StiffnessWorkspace& work) {
+  return stiffness_of(model, frame, pose, loads, gravity, work, nullptr);
+}
+
+GraspStiffness sticking_stiffness(const Model& model, const Frame& frame, const HandPose& pose,
+                                  const ContactLoads& loads, const Vector3d& gravity, double share,
+                                  PerFinger<FingerSlips>& slips) {
+  StiffnessWorkspace work(model);
+  work.R.resize(work.R.rows(), 9 + 2 * model.max_contacts);
+  slips = PerFinger<FingerSlips>(model.fingers());
+  SlipSearch search{share * loads.friction, slips};
+  constexpr double kSticks = std::numeric_limits<double>::infinity();
+  return stiffness_of(model, frame, pose, {loads.forces, loads.places, kSticks}, gravity, work, &search);
 }
 
 Matrix6d about(const Matrix6d& K, const Vector3d& from_origin_m) {

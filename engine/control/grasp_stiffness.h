@@ -40,6 +40,16 @@ struct GraspStiffness {
   [[nodiscard]] Matrix6d of_object(const PerFinger<JointMatrix>& muscles) const;
 };
 
+/// What a finger's contacts at their cones' edge add to the stiffness of a grasp whose contacts all stick. Such a
+/// contact slips by lambda >= 0 against its friction, or keeps its force within the cone:
+///     0 <= w = V_X X - V_q q + G lambda  _|_  lambda >= 0,
+/// w = mu f_n - |f_t|. The slips add Q_X lambda to the restoring forces on the object, and -Q_q lambda to the joints'.
+struct FingerSlips {
+  Eigen::MatrixXd Q_X, Q_q;  ///< 6 x slips, joints x slips.
+  Eigen::MatrixXd V_X, V_q;  ///< slips x 6, slips x joints.
+  Eigen::MatrixXd G;         ///< slips x slips.
+};
+
 /// Memory of grasp_stiffness() for the model's most contacts, allocated once.
 struct StiffnessWorkspace {
   explicit StiffnessWorkspace(const Model& model);
@@ -73,6 +83,11 @@ struct ContactLoads {
 [[nodiscard]] GraspStiffness grasp_stiffness(const Model& model, const Frame& frame, const HandPose& pose,
                                              const ContactLoads& loads, const Eigen::Vector3d& gravity,
                                              StiffnessWorkspace& work);
+
+/// Likewise as if all contacts stuck, and finds what those add that use this share of their friction. Allocates.
+[[nodiscard]] GraspStiffness sticking_stiffness(const Model& model, const Frame& frame, const HandPose& pose,
+                                                const ContactLoads& loads, const Eigen::Vector3d& gravity, double share,
+                                                PerFinger<FingerSlips>& slips);
 
 /// Returns the object's rotational stiffness under a constant force at its point r from the origin: (f.r) I - sym(r
 /// f').

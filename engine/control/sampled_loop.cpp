@@ -103,9 +103,11 @@ SlowestPole slowest_pole(const SampledLoop& loop, Index seen) {
     const double scale = next.norm();
     // Twice, for one orthogonalisation leaves rounding along what it removes.
     for (int pass = 0; pass < 2; ++pass) {
-      const VectorXd along = V.leftCols(n).transpose() * next;
-      next -= V.leftCols(n) * along;
-      H.col(n - 1).head(n) += along;
+      for (Index j = 0; j < n; ++j) {
+        const double along = V.col(j).dot(next);
+        next -= along * V.col(j);
+        H(j, n - 1) += along;
+      }
     }
     const double rest = next.norm();
     const bool is_whole = n == size || !(rest > 1e-14 * scale);

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// A linear plant under a sampled controller whose commands are late. The plant advances by steps; a control period has

@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "engine/stiffness/slipping.h"
+
 namespace thenar {
 
 using Eigen::Index;
@@ -20,8 +22,7 @@ namespace {
 // Probes move micrometres: contacts must not err by a thousandth of that.
 constexpr double kTolerance = 1e-9;
 constexpr int kLeastSweeps = 1000;
-// Shares of friction with which no contact slides, and with which those slide that nearly do.
-constexpr double kSticks = 1e9, kNearlySlides = 0.99;
+constexpr double kNearlySlides = 0.99;  // Share of its friction with which a contact nearly slides.
 
 /// Freezes the task at this time.
 void hold_task(const Model& of, double at_s, Scene& scene) {
@@ -193,7 +194,9 @@ PredictedStiffness predict(const GraspRun& run, const MuscleVector& forces_N, bo
   ContactKinematics now(model);
   contact_kinematics(model, at.frame, seen.pose, at.state, now);
   const std::vector<ContactPlace> places = places_of(now, at.frame.size());
-  const GraspStiffness sticking = seen.grasp(places, kSticks), yielding = seen.grasp(places, kNearlySlides);
+  PerFinger<FingerSlips> slips, more_slips;
+  const GraspStiffness sticking = seen.sticking(places, 1.0, slips);
+  (void)seen.sticking(places, kNearlySlides, more_slips);
   const GraspStiffness grasp = mean(seen.grasp(places), sticking);
 
   PredictedStiffness all;
@@ -207,13 +210,12 @@ PredictedStiffness predict(const GraspRun& run, const MuscleVector& forces_N, bo
     all.joints_Nm_per_rad[k] = Eigen::SelfAdjointEigenSolver<MatrixXd>(even).eigenvalues()[0];
   }
   all.X_WO = at.state.X_WO;
-  Matrix6d R = Matrix6d::Zero();
-  R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = all.X_WO.linear();
-  all.K_O = R.transpose() * grasp.of_object(muscles) * R;
+  const Matrix6d C_O = slipping_compliance(sticking, slips, muscles, all.X_WO.linear());
+  all.K_O = C_O.inverse();
   all.contacts = grasp.contacts;
   all.sliding = grasp.sliding;
-  all.near_sliding = yielding.sliding;
-  all.uncertain = compliance_error(yielding.of_object(muscles).inverse(), sticking.of_object(muscles).inverse());
+  for (const FingerSlips& finger : more_slips) all.near_sliding += static_cast<int>(finger.G.rows());
+  all.uncertain = compliance_error(slipping_compliance(sticking, more_slips, muscles, all.X_WO.linear()), C_O);
   all.effort = effort_of(hand, forces_N);
   const Dynamics laws = dynamics(model, seen.pose, all.X_WO.translation(), grasp, muscles);
   all.modes = modes_of(model, laws, all.X_WO.linear());
@@ -237,10 +239,16 @@ SeenRun::SeenRun(const GraspRun& run) : at(run.model) {
   forward_kinematics(run.model.scene.hand, at.state.q, pose);
 }
 
-GraspStiffness SeenRun::grasp(std::span<const ContactPlace> places, double friction_share) const {
+GraspStiffness SeenRun::grasp(std::span<const ContactPlace> places) const {
   StiffnessWorkspace work(at.model);
-  const ContactLoads loads{at.state.forces, places, friction_share * at.model.friction(at.time_s())};
+  const ContactLoads loads{at.state.forces, places, at.model.friction(at.time_s())};
   return grasp_stiffness(at.model, at.frame, pose, loads, at.model.gravity(at.time_s()), work);
+}
+
+GraspStiffness SeenRun::sticking(std::span<const ContactPlace> places, double share,
+                                 PerFinger<FingerSlips>& slips) const {
+  const ContactLoads loads{at.state.forces, places, at.model.friction(at.time_s())};
+  return sticking_stiffness(at.model, at.frame, pose, loads, at.model.gravity(at.time_s()), share, slips);
 }
 
 CentredStiffness centred(const Matrix6d& K) {

@@ -29,8 +29,11 @@ struct GraspAt {
 struct SeenRun {
   explicit SeenRun(const GraspRun& run);
 
-  /// Returns the stiffness by the contacts' loads at these places, with this share of their friction.
-  [[nodiscard]] GraspStiffness grasp(std::span<const ContactPlace> places, double friction_share = 1.0) const;
+  /// Returns the stiffness by the contacts' loads at these places.
+  [[nodiscard]] GraspStiffness grasp(std::span<const ContactPlace> places) const;
+  /// See sticking_stiffness().
+  [[nodiscard]] GraspStiffness sticking(std::span<const ContactPlace> places, double share,
+                                        PerFinger<FingerSlips>& slips) const;
 
   GraspRun at;
   HandPose pose;
@@ -71,13 +74,13 @@ struct MuscleEffort {
   double share = 0.0;  ///< Share of its largest force.
 };
 
-/// The stiffness of a grasp by its contacts and muscles. See GraspStiffness. A contact that slides resists one of two
-/// opposite pushes as if it stuck, and the other along its normal alone: here it counts half as either.
+/// The stiffness of a grasp by its contacts and muscles. See GraspStiffness. A contact at its cone's edge may stick
+/// under a push and slip under the opposite one; for the modes such contacts count half as sticking.
 struct PredictedStiffness {
-  Matrix6d K_O;  ///< About the object's origin, its axes [N/m, N/rad; N, N m/rad].
+  Matrix6d K_O;  ///< About the object's origin, its axes [N/m, N/rad; N, N m/rad]: of the mean of opposite pushes.
   int contacts = 0, sliding = 0;
   int near_sliding = 0;                 ///< Contacts that slide, or have less than a hundredth of their friction left.
-  double uncertain = 0.0;               ///< compliance_error() between these sliding and sticking.
+  double uncertain = 0.0;               ///< compliance_error() if these are at their cones' edge, too.
   PerFinger<double> joints_Nm_per_rad;  ///< Least eigenvalue of each D_k + M_k, object clamped; symmetric part.
   std::vector<GraspMode> modes;         ///< The slowest, or the one that grows fastest, first.
   MuscleEffort effort;

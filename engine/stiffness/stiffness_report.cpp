@@ -93,16 +93,14 @@ std::string doubts_text(const StiffnessStudy& study) {
   std::string text;
   if (study.rest && predicted.is_stable()) {
     text += fmt::format(
-        "  at rest, {:.3g} mm from where the object was when excitations stopped, which changes its compliances by "
-        "{:.2g} "
-        "%\n",
+        "  at rest, {:.3g} mm from where the object was when excitations stopped: its compliances are {:.2g} % other\n",
         1e3 * study.rest->moved_m, 100.0 * study.rest->changed);
     if (!study.rest->reached)
       text += "  not to be trusted: the object still moves, and the figures are of several states\n";
   }
   if (predicted.uncertain > kTrusted) {
     text += fmt::format(
-        "  not to be trusted beyond {:.2g} %: of the contacts {} slide or nearly do, and resist a push one way only\n",
+        "  not to be trusted beyond {:.2g} %: of the contacts {} slide or nearly do\n",
         100.0 * predicted.uncertain, predicted.near_sliding);
   }
   return text;
@@ -250,7 +248,7 @@ std::string stiffness_text(const Scene& scene, const StiffnessStudy& study) {
                                      : "predicted for the muscles alone, measured while the control law goes on");
   if (predicted.contacts == 0) return text + "  no finger holds the object\n";
   text += fmt::format("  contacts        {} bear load, {} of them slide{}\n", predicted.contacts, predicted.sliding,
-                      predicted.sliding > 0 ? ", and count half as sticking" : "");
+                      predicted.sliding > 0 ? ", under pushes one way, and stick under the opposite ones" : "");
   text +=
       fmt::format("  muscle forces   {:.4g} N in all; {} has {:.3g} % of its largest force, the largest share\n",
                   predicted.effort.sum_N, hand.muscles[predicted.effort.largest].name, 100.0 * predicted.effort.share);
