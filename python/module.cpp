@@ -9,6 +9,7 @@
 #include "engine/scenes/config.h"
 #include "python/batch.h"
 #include "python/grasps.h"
+#include "python/interpreter.h"
 #include "python/laws.h"
 #include "python/problems.h"
 #include "python/realtime.h"
@@ -46,6 +47,7 @@ void translate(std::exception_ptr fault) try {
 
 PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(translate);
+  thenar::python::bind_interpreter();
   module.attr("__version__") = thenar::build_info::kVersion;
   thenar::python::bind_scene(module);
   thenar::python::bind_laws(module);
