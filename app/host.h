@@ -1,5 +1,9 @@
 #pragma once
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 namespace thenar::app {
 
 /// Returns true if this machine has the instructions that the build uses.
@@ -9,6 +13,17 @@ namespace thenar::app {
 #else
   return true;
 #endif
+}
+
+/// Opens the standard streams that the program was started without, so that no file of ours gets their numbers, and with
+/// it what others write there. They stay as they seemed: reading or writing them fails.
+inline void hold_standard_streams() {
+  struct stat status {};
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fstat(stream, &status) == 0) continue;
+    // The lowest free number is the stream's.
+    (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
 }
 
 inline constexpr const char* kHostCannotRun =

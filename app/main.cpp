@@ -66,7 +66,7 @@ int insertion(const Options& options) {
   if (options.format != "json" && !options.quiet) std::cout << insertion_text(model.scene, study);
   if (!options.out.empty() && !write_insertion(model.scene, study, options.out))
     std::cerr << "warning: no figure, for gnuplot is missing or failed\n";
-  return watch.interrupted() ? kInterrupted : report_verdict(model.scene, study.verdict);
+  return stop_is_asked() ? kInterrupted : report_verdict(model.scene, study.verdict);
 }
 
 int print(const std::string& text) {
@@ -151,4 +151,7 @@ int run_program(int argc, char** argv) try {
 
 }  // namespace thenar::app
 
-int main(int argc, char** argv) { return thenar::app::run_program(argc, argv); }
+int main(int argc, char** argv) {
+  thenar::app::hold_standard_streams();
+  return thenar::app::run_program(argc, argv);
+}

@@ -29,6 +29,7 @@
 #include "app/window/session.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
@@ -152,6 +153,7 @@ std::vector<std::string> changes(const Options& options) {
 }
 
 void end_on_signals() {
+  set_stop_question([] { return stop.load(); });
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
   action.sa_flags = SA_RESETHAND;  // The second one ends at once what does not end.
@@ -204,7 +206,8 @@ void announce(const std::string& url, const Options& options) {
 void replay(const Options& options) {
   // Refused before anybody looks at it.
   if (!read_mcap(options.file, [](const McapMessage&) {}).whole) {
-    std::cerr << "warning: " << options.file.string() << " was cut off; it is shown to its last whole state\n";
+    std::cerr << "warning: " << printable(options.file.string())
+              << " was cut off; it is shown to its last whole state\n";
   }
   const WindowServer server(options.server, [](const Message&) { return "a recording takes no orders"; });
   announce(server.url(), options);
@@ -287,4 +290,7 @@ int run_program(int argc, char** argv) try {
 
 }  // namespace thenar::window
 
-int main(int argc, char** argv) { return thenar::window::run_program(argc, argv); }
+int main(int argc, char** argv) {
+  thenar::app::hold_standard_streams();
+  return thenar::window::run_program(argc, argv);
+}

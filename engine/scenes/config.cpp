@@ -201,6 +201,14 @@ void report_unused_keys(ConfigState& state, const YamlNode& node, const std::str
   }
 }
 
+/// Messages quote files and their names, whatever bytes these have.
+std::vector<ConfigDiagnostic> in_print(std::vector<ConfigDiagnostic> diagnostics) {
+  for (ConfigDiagnostic& d : diagnostics) {
+    d = {printable(d.location), printable(d.key), printable(d.message)};
+  }
+  return diagnostics;
+}
+
 std::string lines(const std::vector<ConfigDiagnostic>& diagnostics) {
   std::string text;
   for (const ConfigDiagnostic& d : diagnostics) {
@@ -223,10 +231,9 @@ void ConfigState::throw_if_faulty() {
     const auto& [place, key, message] = faults[i];
     // What two readers found is one fault.
     if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
-    // Messages quote the file, whatever it holds.
-    diagnostics.push_back({printable(location(place)), printable(key), printable(message)});
+    diagnostics.push_back({location(place), key, message});
   }
-  throw ConfigError(std::move(diagnostics));
+  throw ConfigError(diagnostics);
 }
 
 std::string ConfigState::location(const Place& place) const {
@@ -234,8 +241,8 @@ std::string ConfigState::location(const Place& place) const {
   return fmt::format("{}:{}:{}", file.string(), place.line, place.column);
 }
 
-ConfigError::ConfigError(std::vector<ConfigDiagnostic> diagnostics)
-    : std::runtime_error(lines(diagnostics)), diagnostics_(std::move(diagnostics)) {}
+ConfigError::ConfigError(const std::vector<ConfigDiagnostic>& diagnostics)
+    : std::runtime_error(lines(in_print(diagnostics))), diagnostics_(in_print(diagnostics)) {}
 
 Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides,
                const std::optional<std::string>& text)
