@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,6 +15,16 @@ namespace thenar::app {
   return true;
 #endif
 }
+
+/// Returns true if the main thread has the stack that commands need, some of it beyond that of the largest.
+[[nodiscard]] inline bool has_stack() {
+  constexpr rlim_t kLeastBytes = 256 * 1024;
+  rlimit stack{};
+  return getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur >= kLeastBytes;
+}
+
+inline constexpr const char* kNoStack =
+    "error: the stack is limited to less than 256 kB: raise the limit (ulimit -s)\n";
 
 /// Opens the standard streams that the program was started without, so that no file of ours gets their numbers, and with
 /// it what others write there. They stay as they seemed: reading or writing them fails.

@@ -123,6 +123,10 @@ int run_program(int argc, char** argv) try {
     std::cerr << kHostCannotRun;
     return kInternal;
   }
+  if (!has_stack()) {
+    std::cerr << kNoStack;
+    return kBadUsage;
+  }
   widen_thread_stacks();
   std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
   // The window is a program of its own, so that this one neither needs nor builds it.
@@ -141,6 +145,11 @@ int run_program(int argc, char** argv) try {
   return kBadFile;
 } catch (const std::bad_alloc&) {
   std::cerr << "not enough memory\n";
+  return kInternal;
+} catch (const std::system_error& error) {
+  // So the system calls it when there is no memory for a thread.
+  const bool no_thread = error.code() == std::errc::resource_unavailable_try_again;
+  std::cerr << (no_thread ? "not enough memory" : std::string("internal error: ") + error.what()) << '\n';
   return kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';

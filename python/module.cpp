@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "engine/formats/build_info.h"
@@ -35,6 +36,9 @@ void translate(std::exception_ptr fault) try {
     all.append(py::make_tuple(one.location, one.key, one.message));
   }
   raise("SceneError", py::make_tuple(all));
+} catch (const std::system_error& error) {
+  if (error.code() != std::errc::resource_unavailable_try_again) throw;
+  PyErr_NoMemory();  // For a thread.
 } catch (const thenar::FileError& error) {
   // Names of files may be any bytes.
   const auto text = [](const std::string& bytes) {

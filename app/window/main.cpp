@@ -15,6 +15,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -252,6 +253,10 @@ int run_program(int argc, char** argv) try {
     std::cerr << app::kHostCannotRun;
     return app::kInternal;
   }
+  if (!app::has_stack()) {
+    std::cerr << app::kNoStack;
+    return app::kBadUsage;
+  }
   widen_thread_stacks();
   int exit_code = app::kDone;
   std::optional<Options> options = parse_options(argc, argv, exit_code);
@@ -280,6 +285,11 @@ int run_program(int argc, char** argv) try {
   return app::kNoPort;
 } catch (const std::bad_alloc&) {
   std::cerr << "not enough memory\n";
+  return app::kInternal;
+} catch (const std::system_error& error) {
+  // So the system calls it when there is no memory for a thread.
+  const bool no_thread = error.code() == std::errc::resource_unavailable_try_again;
+  std::cerr << (no_thread ? "not enough memory" : std::string("internal error: ") + error.what()) << '\n';
   return app::kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';

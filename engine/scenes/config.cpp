@@ -30,6 +30,7 @@ struct ConfigState {
   std::vector<std::unique_ptr<YamlNode>> defaults;  ///< Those that were taken, as if the file had them.
   std::vector<YamlFault> faults;
   std::vector<std::string> defaults_used;
+  int unknown_keys = 0;
 
   void report(const Place& place, std::string key, std::string message) {
     faults.push_back({place, std::move(key), std::move(message)});
@@ -179,13 +180,17 @@ void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const s
     state.report(entry.place, path, "in a file each name stands below the one before it, without dots");
     return;
   }
-  std::string meant(nearest_key(state.keys, in_table));
+  // A file of another kind has thousands: no slips.
+  constexpr int kMostSlips = 50;
+  std::string meant;
+  if (++state.unknown_keys <= kMostSlips) meant = nearest_key(state.keys, in_table);
   // Of the same map, which may be a list's item.
   if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
   const bool lists = meant.empty() && !map.empty() && !names.empty();
   const std::string others = lists ? "; known here: " + join(names, ", ") : "";
   state.report(entry.place, path, "unknown key" + did_you_mean(meant) + others);
   // A key that is only misspelt is not missing besides.
+  if (meant.empty()) return;
   std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
 }
 
