@@ -206,25 +206,6 @@ void report_unused_keys(ConfigState& state, const YamlNode& node, const std::str
   }
 }
 
-/// Messages quote files and their names, whatever bytes these have.
-std::vector<ConfigDiagnostic> in_print(std::vector<ConfigDiagnostic> diagnostics) {
-  for (ConfigDiagnostic& d : diagnostics) {
-    d = {printable(d.location), printable(d.key), printable(d.message)};
-  }
-  return diagnostics;
-}
-
-std::string lines(const std::vector<ConfigDiagnostic>& diagnostics) {
-  std::string text;
-  for (const ConfigDiagnostic& d : diagnostics) {
-    if (!text.empty()) text += '\n';
-    // "--set key" and "--vary key" have said it.
-    const bool told = d.key.empty() || (d.location.starts_with("--") && d.location.ends_with(" " + d.key));
-    text += d.location + ": " + (told ? "" : d.key + ": ") + d.message;
-  }
-  return text;
-}
-
 }  // namespace
 
 void ConfigState::throw_if_faulty() {
@@ -245,9 +226,6 @@ std::string ConfigState::location(const Place& place) const {
   if (place.source > 0) return "--set " + override_keys[place.source - 1];
   return fmt::format("{}:{}:{}", file.string(), place.line, place.column);
 }
-
-ConfigError::ConfigError(const std::vector<ConfigDiagnostic>& diagnostics)
-    : std::runtime_error(lines(in_print(diagnostics))), diagnostics_(in_print(diagnostics)) {}
 
 Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides,
                const std::optional<std::string>& text)
