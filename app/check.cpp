@@ -50,7 +50,7 @@ struct DescribeShape {
         << 1e3 * mug.wall_m << " mm" << (mug.handle ? ", with a handle" : "");
   }
   void operator()(const CloudShape& scan) const {
-    out << (is_mesh_file(scan.file) ? "mesh in " : "surface scanned in ") << scan.file.string();
+    out << (is_mesh_file(scan.file) ? "mesh in " : "surface scanned in ") << printable(scan.file.string());
     if (scan.unit_m != 1.0) out << ", where 1 is " << 1e3 * scan.unit_m << " mm";
   }
 };
@@ -282,7 +282,7 @@ void describe_control(const Scene& scene, std::ostream& out) {
       << gains_in_words(scene) << " N m/rad" << (scene.control->gain ? "" : " (auto)") << "\n"
       << "  drive           "
       << (scene.control->muscles ? std::to_string(scene.hand.muscles.size()) + " muscles" : "joint torques");
-  if (scene.control->drive) out << ", by " << scene.control->drive->file.string() << " instead of the law";
+  if (scene.control->drive) out << ", by " << printable(scene.control->drive->file.string()) << " instead of the law";
   out << "\n";
   if (scene.control->posture_Nm_per_rad) {
     out << "  posture         kept as at the start, where the fingertips leave it free, by "

@@ -10,6 +10,7 @@
 #include "engine/figures/recording_page.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
+#include "engine/formats/text.h"
 #include "engine/recordings/recorded_run.h"
 #include "engine/recordings/run_tables.h"
 #include "engine/scenes/scene_file.h"
@@ -30,9 +31,9 @@ void look_at(const fs::path& recording) {
   });
   if (!has_states) throw FileError(recording, "holds no states");
   if (reading.damaged_chunks > 0) {
-    std::cerr << "warning: " << recording.string() << " is damaged: parts of it are missing\n";
+    std::cerr << "warning: " << printable(recording.string()) << " is damaged: parts of it are missing\n";
   } else if (!reading.whole) {
-    std::cerr << "warning: " << recording.string() << " was cut off; it goes on to " << last_s << " s\n";
+    std::cerr << "warning: " << printable(recording.string()) << " was cut off; it goes on to " << last_s << " s\n";
   }
 }
 

@@ -209,7 +209,7 @@ int grasp(const Options& options) {
       find_tried_grasps(subject.scene, surface, {.seed = wish.seed, .best = options.best}, watch.progress());
   watch.end();
   if (report.grasps.empty()) {
-    if (watch.interrupted()) return kInterrupted;
+    if (stop_is_asked()) return kInterrupted;
     std::cerr << "no grasp: " << in_words(report.refusal.value_or(Refusal{"none was found", ""})) << '\n';
     return kFailed;
   }
@@ -221,10 +221,10 @@ int grasp(const Options& options) {
   }
   if (!options.out.empty() && !options.quiet) {
     std::cout << fmt::format("\n{} in {}: thenar run {}\n", counted(std::ssize(report.grasps), "scene"),
-                             options.out.string(), (options.out / "grasp-1.yaml").string());
+                             printable(options.out.string()), printable((options.out / "grasp-1.yaml").string()));
   }
   results.finish();
-  return watch.interrupted() ? kInterrupted : kDone;
+  return stop_is_asked() ? kInterrupted : kDone;
 }
 
 int new_scene(const Options& options) {
@@ -233,8 +233,8 @@ int new_scene(const Options& options) {
   print_object_notes(made.notes, options.quiet);
   const Eigen::Vector3d size_mm = 1e3 * made.size_m;
   if (!options.quiet) {
-    std::cout << fmt::format("{}: an object of {:.1f} x {:.1f} x {:.1f} mm; now: thenar run {}\n", file.string(),
-                             size_mm.x(), size_mm.y(), size_mm.z(), file.string());
+    std::cout << fmt::format("{}: an object of {:.1f} x {:.1f} x {:.1f} mm; now: thenar run {}\n",
+                             printable(file.string()), size_mm.x(), size_mm.y(), size_mm.z(), printable(file.string()));
   }
   return kDone;
 }

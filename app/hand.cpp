@@ -60,7 +60,7 @@ int import_file(const HandOptions& options) {
     if (made.muscle_notes[m].empty()) continue;
     std::cerr << fmt::format("note: muscle '{}' {}\n", made.hand.muscles[m].name, made.muscle_notes[m]);
   }
-  std::cout << hand_list(load_hand(options.out), options.out.string());
+  std::cout << hand_list(load_hand(options.out), printable(options.out.string()));
   return kDone;
 }
 
@@ -115,7 +115,7 @@ int run_hand(const HandOptions& options) {
   if (options.hand.empty()) throw ConfigError({{"hand", "", "name a hand file, or import: thenar hand --help"}});
   const fs::path file = find_hand(options.hand);
   const Hand hand = load_hand(file);
-  std::cout << hand_list(hand, file.string());
+  std::cout << hand_list(hand, printable(file.string()));
   if (options.out.empty()) {
     std::cout << "\nwith --out FILE.png it is drawn\n";
     return kDone;
@@ -124,7 +124,7 @@ int run_hand(const HandOptions& options) {
   if (!draw_figure(hand_picture_script(hand), options.out)) {
     throw FileError(options.out, "gnuplot, which draws it, is missing or failed");
   }
-  std::cout << "\npicture in " << options.out.string() << '\n';
+  std::cout << "\npicture in " << printable(options.out.string()) << '\n';
   return kDone;
 }
 

@@ -1,5 +1,10 @@
 #pragma once
 
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 namespace thenar::app {
 
 /// Returns true if this machine has the instructions that the build uses.
@@ -9,6 +14,27 @@ namespace thenar::app {
 #else
   return true;
 #endif
+}
+
+/// Returns true if the main thread has the stack that commands need, some of it beyond that of the largest.
+[[nodiscard]] inline bool has_stack() {
+  constexpr rlim_t kLeastBytes = 256 * 1024;
+  rlimit stack{};
+  return getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur >= kLeastBytes;
+}
+
+inline constexpr const char* kNoStack =
+    "error: the stack is limited to less than 256 kB: raise the limit (ulimit -s)\n";
+
+/// Opens the standard streams that the program was started without, so that no file of ours gets their numbers, and with
+/// it what others write there. They stay as they seemed: reading or writing them fails.
+inline void hold_standard_streams() {
+  struct stat status {};
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fstat(stream, &status) == 0) continue;
+    // The lowest free number is the stream's.
+    (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
 }
 
 inline constexpr const char* kHostCannotRun =

@@ -54,6 +54,10 @@ std::string value_in_words(const Key& key, std::string_view code) {
 std::string range_in_words(const Key& key) {
   if (key.kind == KeyKind::kChoice || key.kind == KeyKind::kMap) return "";
   std::string range(key.range.substr(0, key.range.find(" | ")));
+  if (key.kind == KeyKind::kQuantity || key.kind == KeyKind::kQuantities) {
+    const Range ends = range_of(key);
+    range = fmt::format("{}{} .. {}", ends.open ? "> " : "", ends.least_text, ends.most_text);
+  }
   for (const std::string_view word : words_of(key)) range += fmt::format(" or {}", word);
   return range;
 }
@@ -123,9 +127,8 @@ std::string keys_as_markdown() {
       "This page is written by `thenar keys --markdown`. `thenar keys contact` prints a part of it, and `thenar "
       "schema`\n"
       "the same as a JSON Schema, by which editors complete and check scenes.\n\n"
-      "A number is followed by its unit; the first unit of a list is the SI unit. A range with two ends includes them. "
-      "A\n"
-      "key that has no default and is not required may be left out.\n\n" +
+      "A number is followed by its unit; the first unit of a list is the SI unit. A range includes its ends, but for "
+      "a 0\nbehind `>`. A key that has no default and is not required may be left out.\n\n" +
       header;
   for (const Key* key : keys_below(scene_keys(), "")) page += markdown_row(row_of(*key, "`"));
   for (const Key* map : keys_below(scene_keys(), "")) {

@@ -66,7 +66,7 @@ int insertion(const Options& options) {
   if (options.format != "json" && !options.quiet) std::cout << insertion_text(model.scene, study);
   if (!options.out.empty() && !write_insertion(model.scene, study, options.out))
     std::cerr << "warning: no figure, for gnuplot is missing or failed\n";
-  return watch.interrupted() ? kInterrupted : report_verdict(model.scene, study.verdict);
+  return stop_is_asked() ? kInterrupted : report_verdict(model.scene, study.verdict);
 }
 
 int print(const std::string& text) {
@@ -123,6 +123,10 @@ int run_program(int argc, char** argv) try {
     std::cerr << kHostCannotRun;
     return kInternal;
   }
+  if (!has_stack()) {
+    std::cerr << kNoStack;
+    return kBadUsage;
+  }
   widen_thread_stacks();
   std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
   // The window is a program of its own, so that this one neither needs nor builds it.
@@ -142,6 +146,11 @@ int run_program(int argc, char** argv) try {
 } catch (const std::bad_alloc&) {
   std::cerr << "not enough memory\n";
   return kInternal;
+} catch (const std::system_error& error) {
+  // So the system calls it when there is no memory for a thread.
+  const bool no_thread = error.code() == std::errc::resource_unavailable_try_again;
+  std::cerr << (no_thread ? "not enough memory" : std::string("internal error: ") + error.what()) << '\n';
+  return kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';
   return kInternal;
@@ -151,4 +160,7 @@ int run_program(int argc, char** argv) try {
 
 }  // namespace thenar::app
 
-int main(int argc, char** argv) { return thenar::app::run_program(argc, argv); }
+int main(int argc, char** argv) {
+  thenar::app::hold_standard_streams();
+  return thenar::app::run_program(argc, argv);
+}

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "app/exit_code.h"
@@ -396,6 +397,25 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   return options;
 }
 
-Scene scene_of(const Options& options) { return scene_at_rates(options.scene, options.overrides, options.rates); }
+namespace {
+
+/// Tells on stderr of surfaces that take long to be made ready, before they are.
+void tell_of_samples(const Scene& scene) {
+  constexpr Eigen::Index kMany = 200'000;
+  const auto tell = [](const char* key, Eigen::Index samples) {
+    if (samples < kMany) return;
+    std::cerr << fmt::format("warning: {}: {} samples take a minute or more to be made ready\n", key, samples);
+  };
+  tell("object.points", std::holds_alternative<CloudShape>(scene.object.shape) ? 0 : scene.object.points);
+  if (scene.fingertips) tell("fingertips.points", scene.fingertips->points);
+}
+
+}  // namespace
+
+Scene scene_of(const Options& options) {
+  Scene scene = scene_at_rates(options.scene, options.overrides, options.rates);
+  if (!options.quiet) tell_of_samples(scene);
+  return scene;
+}
 
 }  // namespace thenar::app

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <mutex>
 
+#include "engine/formats/files.h"
+
 namespace thenar::app {
 
 namespace {
@@ -16,7 +18,14 @@ namespace {
 std::atomic<bool> stop = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
+}  // namespace
+
+bool stop_is_asked() { return stop; }
+
+namespace {
+
 void listen_for_stop() {
+  set_stop_question(stop_is_asked);
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
   action.sa_flags = SA_RESETHAND;
@@ -62,8 +71,7 @@ bool SearchWatch::step(double share, int grasps) {
   constexpr int kCells = 30;
   const int full = static_cast<int>(share * kCells);
   line_.show(fmt::format("[{:#<{}}{:-<{}}] {:.0f} %, {} found", "", full, "", kCells - full, 100.0 * share, grasps));
-  interrupted_ = stop;
-  return !interrupted_;
+  return !stop;
 }
 
 RunWatch::RunWatch(const Scene& scene, bool quiet)
@@ -76,13 +84,12 @@ void RunWatch::end() const {
 }
 
 bool RunWatch::tick(double simulated_s, double wall_s) {
-  interrupted_ = stop;
   if (shows_ && (wall_s - shown_s_ >= 0.1 || simulated_s >= duration_s_)) {
     shown_s_ = wall_s;
     std::fprintf(stderr, "\r%.2f of %.2f s simulated, %.1f times real time ", simulated_s, duration_s_,
                  simulated_s / wall_s);
   }
-  return !interrupted_;
+  return !stop;
 }
 
 }  // namespace thenar::app

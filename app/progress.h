@@ -11,6 +11,10 @@
 
 namespace thenar::app {
 
+/// Returns true from the first signal on that asked for an end (Ctrl-C, SIGTERM, SIGHUP) while a SearchWatch or a
+/// RunWatch was there: also of one that came later, as the results were written, which are whole then.
+[[nodiscard]] bool stop_is_asked();
+
 /// One line of stderr that says how far a command is, if somebody is looking.
 class ProgressLine {
  public:
@@ -56,13 +60,11 @@ class SearchWatch {
     return [this](double share, int grasps) { return step(share, grasps); };
   }
   void end() { line_.clear(); }
-  [[nodiscard]] bool interrupted() const { return interrupted_; }
 
  private:
   bool step(double share, int grasps);
 
   ProgressLine line_;
-  bool interrupted_ = false;
 };
 
 /// Watches a run: shows on a line of stderr how far it is, if somebody is looking, and ends it early if a signal asks
@@ -77,8 +79,6 @@ class RunWatch {
   }
   /// Ends the line after the run.
   void end() const;
-  /// Returns true if a signal has ended the run.
-  [[nodiscard]] bool interrupted() const { return interrupted_; }
 
  private:
   bool tick(double simulated_s, double wall_s);
@@ -86,7 +86,6 @@ class RunWatch {
   double duration_s_;
   bool shows_;
   double shown_s_ = 0.0;
-  bool interrupted_ = false;
 };
 
 }  // namespace thenar::app

@@ -181,10 +181,10 @@ void print_answer(const Options& options, const std::vector<MeasuredSection>& me
   } else if (!options.quiet) {
     std::cout << results_table(measures, in_realtime(options) ? &run.report.contact : nullptr);
     if (in_realtime(options)) std::cout << loops_table(summary);
-    if (!options.out.empty()) std::cout << "\nresults in " << options.out.string() << '\n';
+    if (!options.out.empty()) std::cout << "\nresults in " << printable(options.out.string()) << '\n';
     if (dump != nullptr) {
       std::cout << fmt::format("\nproblems of one tick in {} (--dump-every) in {}: {}\n", options.dump_every,
-                               options.dump_problems.string(), counted(dump->files(), "file"));
+                               printable(options.dump_problems.string()), counted(dump->files(), "file"));
     }
   }
   std::cout.flush();
@@ -235,7 +235,7 @@ int run(const Options& options) {
     results.attempt([&] { draw(model, run, state, floor.jitter, options.out); });
   }
   results.finish();
-  return watch.interrupted() ? kInterrupted : code;
+  return stop_is_asked() ? kInterrupted : code;
 }
 
 }  // namespace thenar::app

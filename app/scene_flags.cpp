@@ -141,7 +141,7 @@ Scene scene_at_rates(const std::filesystem::path& scene, const std::vector<std::
                rates.contact + " must not be slower than the control loop: give --control-rate, too"};
     }
   }
-  throw ConfigError(std::move(diagnostics));
+  throw ConfigError(diagnostics);
 }
 
 }  // namespace thenar::app

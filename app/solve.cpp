@@ -215,7 +215,8 @@ void write_found(ContactFile file, const SolveResult& found, const std::filesyst
   }
   write_fclib_problem(to, file);
   const std::size_t steps = file.delta_free.size();
-  if (steps > 1) std::cerr << fmt::format("{}: holds one problem, which is step 0 of {}\n", to.string(), steps);
+  if (steps > 1)
+    std::cerr << fmt::format("{}: holds one problem, which is step 0 of {}\n", printable(to.string()), steps);
 }
 
 // ---- grasp forces ----
@@ -393,14 +394,15 @@ int solve(const Options& options) {
   for (const auto& file : options.problems) files.push_back(read_problem(file));
   const auto* const contact = std::get_if<ContactFile>(&files.front());
   if (!options.written.empty() && contact == nullptr) {
-    std::cerr << fmt::format("--write: takes a contact problem, and {} is none\n", options.problems.front().string());
+    std::cerr << fmt::format("--write: takes a contact problem, and {} is none\n",
+                             printable(options.problems.front().string()));
     return kBadUsage;
   }
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Kind k = kind_of(files[i]);
     if (!methods_for(options.method, k).empty()) continue;
     std::cerr << fmt::format("--method: {} does not solve {} ({}), for which there are {} and all\n", options.method,
-                             options.problems[i].string(), k.problem, fmt::join(k.methods, ", "));
+                             printable(options.problems[i].string()), k.problem, fmt::join(k.methods, ", "));
     return kBadUsage;
   }
 

@@ -18,6 +18,7 @@
 #include "app/ranks.h"
 #include "app/results.h"
 #include "engine/formats/files.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/stopwatch.h"
 #include "engine/results/scene_run.h"
 #include "engine/sweeps/sweep.h"
@@ -94,8 +95,8 @@ void interrupted(int /*signal*/) {
 }
 
 void say_farewell_to(const std::filesystem::path& folder) {
-  farewell =
-      fmt::format("\nstopped: the rows that had ended are kept in {}; the same command goes on\n", folder.string());
+  farewell = fmt::format("\nstopped: the rows that had ended are kept in {}; the same command goes on\n",
+                         printable(folder.string()));
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, interrupted);
 }
 
@@ -112,7 +113,7 @@ std::string outcomes_table(const FinishedRows& rows) {
 /// The last process to end speaks for all.
 int report(const SweepPlan& plan, const SweepJournal::Merged& merged, const Options& options) {
   if (!merged.last) return kDone;
-  const std::string file = (options.out / "rows.csv").string();
+  const std::string file = printable((options.out / "rows.csv").string());
   if (!options.quiet) std::cout << outcomes_table(merged.rows) << "\nrows in " << file << '\n';
   const std::size_t missing = plan.rows() - merged.rows.size();
   if (missing == 0) return kDone;

@@ -23,6 +23,7 @@
 #include "engine/results/summary.h"
 #include "engine/sweeps/sweep.h"
 #include "python/arrays.h"
+#include "python/interpreter.h"
 #include "python/laws.h"
 #include "python/scene.h"
 #include "python/simulation.h"
@@ -65,8 +66,9 @@ struct RolloutPlan {
 void run_one(RolloutPlan& plan, std::size_t row, const std::atomic<bool>& stop) {
   Simulation& simulation = *plan.all[row];
   const std::int64_t samples = plan.ticks / plan.every;
-  for (std::int64_t sample = 0; sample < samples && !stop.load(std::memory_order_relaxed); ++sample) {
-    for (std::int64_t i = 0; i < plan.every; ++i) simulation.tick();
+  const auto stops = [&] { return stop.load(std::memory_order_relaxed); };
+  for (std::int64_t sample = 0; sample < samples && !stops(); ++sample) {
+    simulation.ticks(plan.every, false, stops);
     SeenTick seen(*simulation.model, simulation.record, simulation.run.state, simulation.run.controller.f_muscle);
     for (std::size_t k = 0; k < plan.kept.size(); ++k) {
       const py::ssize_t size = plan.kept[k].size;
@@ -137,7 +139,7 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
     }
     holds.push_back(std::make_unique<Hold>(*simulation));
   }
-  bool interrupted = false;
+  SignalWatch watch;
   py::dict result;
   for (const std::string& name : names) {
     const TickField& signal = signal_called(name);
@@ -153,18 +155,15 @@ py::dict rollout(const std::vector<std::shared_ptr<Simulation>>& simulations, st
     plan.into.push_back(plan.kept.back().array.mutable_data());
   }
   {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     std::atomic<bool> stop{false};
     in_threads(
         plan.all.size(), jobs, stop, [&](std::size_t row) { run_one(plan, row, stop); },
         [&] {
-          if (stop) return;
-          const py::gil_scoped_acquire lock;
-          interrupted = PyErr_CheckSignals() != 0;
-          if (interrupted) stop = true;
+          if (!stop && watch()) stop = true;
         });
   }
-  if (interrupted) throw py::error_already_set();
+  watch.rethrow();
   for (Kept& kept : plan.kept) {
     std::vector<py::ssize_t> shape = shape_of(*kept.signal, static_cast<std::size_t>(kept.size));
     shape.insert(shape.begin(), {kept.array.shape(0), kept.array.shape(1)});
@@ -226,8 +225,7 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
   RunSettings settings;
   settings.lockstep = lockstep_of(lockstep);
   SignalWatch watch;
-  std::int64_t ticks = 0;
-  settings.progress = [&](double, double) { return !watch(ticks++); };
+  settings.progress = [&](double, double) { return !watch(); };
   std::optional<std::filesystem::path> file;
   if (!record.is_none()) file = path_of(record, "record");
   const std::shared_ptr<const Model> model = model_of(*scene);
@@ -236,7 +234,7 @@ py::dict run(const std::shared_ptr<const SceneHandle>& scene, const py::object& 
   const RecordingSettings kept = recording_settings(*model, record_rate, record_fields, record_contacts);
   Recording recording;
   {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     std::optional<RecordingFile> film;
     if (file) film.emplace(*file, *model, kept);
     if (film) settings.watchers.push_back(&*film);
@@ -256,10 +254,10 @@ SweepPlan plan_of(const SceneHandle& scene, const py::dict& vary, std::vector<st
   if (scene.grasp()) throw py::value_error("sweep takes scenes of files: set grasp.rank instead");
   SweepPlan plan{scene.file(), scene.changes(), {}};
   for (const auto& [key, values] : vary) {
-    Variation variation{py::str(key).cast<std::string>(), {}};
+    Variation variation{text_of(py::str(key), "a key of vary"), {}};
     std::vector<py::object>& objects = given.emplace_back();
     if (py::isinstance<py::str>(values)) {
-      variation = read_variation(variation.key + "=" + values.cast<std::string>());
+      variation = read_variation(variation.key + "=" + text_of(values, variation.key));
       for (const std::string& value : variation.values) objects.push_back(py::str(value));
     } else if (py::isinstance<py::iterable>(values)) {
       for (const py::handle value : values) {
@@ -281,8 +279,9 @@ py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& 
   const int jobs = threads_of(threads);
   std::map<std::size_t, SweepRow> rows;
   std::string failed;
+  SignalWatch watch;
   {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     (void)first_scene(plan);
     std::vector<std::size_t> all(plan.rows());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
@@ -291,14 +290,13 @@ py::list sweep(const std::shared_ptr<const SceneHandle>& scene, const py::dict& 
       run_sweep(plan, all, jobs, [](const Model& model) { return run_row(model); },
                 {[&](std::size_t row, SweepRow result) {
                    rows.emplace(row, std::move(result));
-                   const py::gil_scoped_acquire lock;
-                   if (PyErr_CheckSignals() != 0) throw Interrupted();
+                   if (watch()) throw Interrupted();
                  },
                  [&](std::size_t row, const std::string& why) { failed = fmt::format("row {}: {}", row, why); }});
     } catch (const Interrupted&) {
     }
   }
-  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+  watch.rethrow();
   if (!failed.empty()) throw std::runtime_error(failed);
   py::list table;
   for (const auto& [row, result] : rows) {

@@ -6,11 +6,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/models/object_surface.h"
 #include "engine/models/scene_grasp.h"
 #include "python/arrays.h"
+#include "python/interpreter.h"
 #include "python/scene.h"
 
 namespace thenar::python {
@@ -18,10 +20,14 @@ namespace thenar::python {
 namespace {
 
 /// A grasp that was found for a scene.
-struct Found {
+struct Found : Constructed {
+  Found(std::shared_ptr<const SceneHandle> of, FoundGrasp found) : scene(std::move(of)), grasp(std::move(found)) {}
+
   std::shared_ptr<const SceneHandle> scene;
   FoundGrasp grasp;
 };
+
+using FoundClass = py::class_<Found, std::shared_ptr<Found>>;
 
 py::list find(const std::shared_ptr<const SceneHandle>& scene, int best, const py::object& seed) {
   if (best < 1 || best > 20) throw py::value_error("best must lie within 1 .. 20");
@@ -30,18 +36,15 @@ py::list find(const std::shared_ptr<const SceneHandle>& scene, int best, const p
   if (!wanted.grasp) wanted.grasp = GraspWish{};
   if (!seed.is_none()) wanted.grasp->seed = static_cast<std::uint32_t>(whole_number(seed, "seed", 0, 0xFFFFFFFF));
   FinderReport report;
-  bool interrupted = false;
+  SignalWatch watch;
   {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     std::vector<std::string> notes;
     const ImplicitSurface surface = make_object_surface(wanted, notes);
-    report = find_tried_grasps(wanted, surface, {.seed = wanted.grasp->seed, .best = best}, [&](double, int) {
-      const py::gil_scoped_acquire lock;
-      interrupted = interrupted || PyErr_CheckSignals() != 0;
-      return !interrupted;
-    });
+    report = find_tried_grasps(wanted, surface, {.seed = wanted.grasp->seed, .best = best},
+                               [&](double, int) { return !watch(); });
   }
-  if (interrupted) throw py::error_already_set();
+  watch.rethrow();
   if (report.grasps.empty()) {
     const py::object error = py::module_::import("thenar.errors").attr("NoGrasp");
     const std::string reason = in_words(report.refusal.value_or(Refusal{"none was found", ""}));
@@ -49,7 +52,7 @@ py::list find(const std::shared_ptr<const SceneHandle>& scene, int best, const p
     throw py::error_already_set();
   }
   py::list grasps;
-  for (const FoundGrasp& grasp : report.grasps) grasps.append(Found{scene, grasp});
+  for (const FoundGrasp& grasp : report.grasps) grasps.append(std::make_shared<Found>(scene, grasp));
   return grasps;
 }
 
@@ -66,7 +69,7 @@ Array places(const Found& found, Eigen::Vector3d FingerPlace::*field) {
 }
 
 /// A property for each measure.
-void bind_measures(py::class_<Found>& type) {
+void bind_measures(FoundClass& type) {
   for (const GraspMeasure& measure : grasp_measures()) {
     const std::string unit = measure.unit.empty() ? "" : fmt::format(" [{}]", measure.unit);
     type.def_property_readonly(
@@ -83,7 +86,7 @@ void bind_grasps(py::module_& module) {
       R"(Finds how the scene's hand can hold its object: `best` grasps, the best first; each was tried in the engine.
 
 What the scene asks of the grasp under `grasp` is heeded. Raises NoGrasp with the reason where there is none.)");
-  py::class_<Found> type(module, "Grasp", "A grasp that was found.");
+  FoundClass type(module, "Grasp", "A grasp that was found.");
   bind_measures(type);
   type.def_property_readonly("fingers", &finger_names, "Names of those that hold.")
       .def_property_readonly(
@@ -102,7 +105,7 @@ What the scene asks of the grasp under `grasp` is heeded. Raises NoGrasp with th
       .def(
           "scene",
           [](const Found& f) {
-            const py::gil_scoped_release others;
+            const Unlocked others;
             return std::make_shared<SceneHandle>(f.scene->file(), f.scene->changes(), f.grasp);
           },
           "The scene with this grasp, ready to run.")

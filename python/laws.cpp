@@ -10,6 +10,7 @@
 
 #include "engine/control/control_tick.h"
 #include "python/arrays.h"
+#include "python/interpreter.h"
 #include "python/touch.h"
 
 namespace thenar::python {
@@ -17,7 +18,9 @@ namespace thenar::python {
 namespace {
 
 /// A control period as its law sees it; empty when it is over.
-struct Period {
+struct Period : Constructed {
+  explicit Period(ControlPeriod* of) : period(of) {}
+
   ControlPeriod* period;
 
   [[nodiscard]] ControlPeriod& now() const {
@@ -25,6 +28,8 @@ struct Period {
     return *period;
   }
 };
+
+using PeriodClass = py::class_<Period, std::shared_ptr<Period>>;
 
 /// A function of Python's, to be called and let go of with the interpreter's lock, whoever does so.
 std::shared_ptr<const py::object> shared(py::object function) {
@@ -34,21 +39,15 @@ std::shared_ptr<const py::object> shared(py::object function) {
           }};
 }
 
-thread_local int laws_under_way = 0;
-
 /// Calls the law on this period, and gives its answer to `read` while it lives.
 template <typename Read>
 auto ask(const std::shared_ptr<const py::object>& law, ControlPeriod& period, Read&& read) {
   const py::gil_scoped_acquire lock;
-  const py::object seen = py::cast(Period{&period});
+  const auto seen = std::make_shared<Period>(&period);
   struct Closing {
-    explicit Closing(Period& of) : period(of) { ++laws_under_way; }
-    ~Closing() {
-      period.period = nullptr;
-      --laws_under_way;
-    }
+    ~Closing() { period.period = nullptr; }
     Period& period;
-  } const closing{seen.cast<Period&>()};
+  } const closing{*seen};
   return read((*law)(seen));
 }
 
@@ -77,7 +76,7 @@ Array column(const PerFinger<T>& all, Get get) {
   return copy(numbers);
 }
 
-void bind_touch(py::class_<Period>& type) {
+void bind_touch(PeriodClass& type) {
   for (const TouchNumber& number : kTouchNumbers) {
     type.def_property_readonly(
         number.name, [number](const Period& self) { return column(felt_in(self.now()), number.field); }, number.doc);
@@ -117,7 +116,7 @@ auto of_fingers(Get get) {
 }
 
 /// The time, the hand's posture, and the object and its target.
-void bind_state(py::class_<Period>& type) {
+void bind_state(PeriodClass& type) {
   type.def_property_readonly(
           "time_s", [](const Period& self) { return self.now().time_s(); }, "Of what is seen.")
       .def_property_readonly(
@@ -146,7 +145,7 @@ void bind_state(py::class_<Period>& type) {
 }
 
 /// The fingers' contacts with the object, and how joints move them.
-void bind_contacts(py::class_<Period>& type) {
+void bind_contacts(PeriodClass& type) {
   type.def_property_readonly("force_N", of_fingers([](ControlPeriod& p, int k) { return p.snapshot.load[k].force_N; }),
                              "(fingers, 3) Force of each finger on the object.")
       .def_property_readonly("point_m", of_fingers([](ControlPeriod& p, int k) { return p.contacts()[k].point_m; }),
@@ -171,7 +170,7 @@ void bind_contacts(py::class_<Period>& type) {
 }
 
 /// Loads by weight, and the muscles' moment arms.
-void bind_loads(py::class_<Period>& type) {
+void bind_loads(PeriodClass& type) {
   type.def_property_readonly(
           "gravity_Nm",
           [](const Period& self) {
@@ -192,7 +191,7 @@ void bind_loads(py::class_<Period>& type) {
 }
 
 /// Desired wrench, forces and torques: by the law given for them, or as published.
-void bind_desired(py::class_<Period>& type) {
+void bind_desired(PeriodClass& type) {
   type.def(
           "wrench", [](const Period& self) { return copy(self.now().wrench()); },
           "(6,) W^d: asked of the fingers, about the object's origin [N, N m].")
@@ -205,7 +204,7 @@ void bind_desired(py::class_<Period>& type) {
 }
 
 /// The answers of the published laws.
-void bind_published(py::class_<Period>& type) {
+void bind_published(PeriodClass& type) {
   type.def(
           "published_wrench", [](const Period& self) { return copy(published_wrench(self.now())); },
           "(6,) As the PID has it. At most once a period, as all published laws.")
@@ -225,8 +224,6 @@ void bind_published(py::class_<Period>& type) {
 }
 
 }  // namespace
-
-bool is_in_law() { return laws_under_way > 0; }
 
 OwnControl own_control(const Scene& scene, py::object wrench, py::object forces, py::object torques,
                        py::object muscles) {
@@ -279,7 +276,7 @@ OwnControl own_control(const Scene& scene, py::object wrench, py::object forces,
 }
 
 void bind_laws(py::module_& module) {
-  py::class_<Period> type(module, "Period", R"(One control period, as a law of the controller sees it.
+  PeriodClass type(module, "Period", R"(One control period, as a law of the controller sees it.
 
 All arrays are copies, in SI units, world axes = hand frame. It is over when the law returns. Joints, object and forces
 are those of time_s, which is control.feedback_delay before now_s; touch is fingertips.touch.delay old.

@@ -13,9 +13,6 @@ namespace thenar::python {
 [[nodiscard]] OwnControl own_control(const Scene& scene, pybind11::object wrench, pybind11::object forces,
                                      pybind11::object torques, pybind11::object muscles);
 
-/// Returns true if this thread is in a law.
-[[nodiscard]] bool is_in_law();
-
 void bind_laws(pybind11::module_& module);
 
 }  // namespace thenar::python

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "engine/formats/build_info.h"
@@ -9,6 +10,7 @@
 #include "engine/scenes/config.h"
 #include "python/batch.h"
 #include "python/grasps.h"
+#include "python/interpreter.h"
 #include "python/laws.h"
 #include "python/problems.h"
 #include "python/realtime.h"
@@ -34,6 +36,9 @@ void translate(std::exception_ptr fault) try {
     all.append(py::make_tuple(one.location, one.key, one.message));
   }
   raise("SceneError", py::make_tuple(all));
+} catch (const std::system_error& error) {
+  if (error.code() != std::errc::resource_unavailable_try_again) throw;
+  PyErr_NoMemory();  // For a thread.
 } catch (const thenar::FileError& error) {
   // Names of files may be any bytes.
   const auto text = [](const std::string& bytes) {
@@ -46,6 +51,7 @@ void translate(std::exception_ptr fault) try {
 
 PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(translate);
+  thenar::python::bind_interpreter();
   module.attr("__version__") = thenar::build_info::kVersion;
   thenar::python::bind_scene(module);
   thenar::python::bind_laws(module);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "python/arrays.h"
+#include "python/interpreter.h"
 #include "solvers/contact_newton.h"
 #include "solvers/gauss_seidel.h"
 #include "solvers/grasp_forces.h"
@@ -66,7 +67,7 @@ py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, cons
   SolveReport report;
   int steps = 0;
   if (method == "newton") {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     AccurateWorkspace work(rows / 3);
     const AccurateReport accurate =
         solve_contacts_accurately(data, {.tolerance = stop, .max_steps = iterations}, work, {f, delta});
@@ -74,7 +75,7 @@ py::tuple solve_contact(py::handle W, py::handle delta_free, py::handle mu, cons
     steps = accurate.steps;
     if (report.status == SolveStatus::kNoSolution) certificate = work.certificate.head(rows / 3);
   } else if (method == "gauss_seidel") {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     SweepWorkspace work(rows / 3);
     report = solve_contacts(data, GaussSeidelSettings{.tolerance = stop, .max_sweeps = iterations}, work, {f, delta});
   } else {

@@ -1,14 +1,17 @@
 #include "python/realtime.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -22,6 +25,7 @@
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"
 #include "python/arrays.h"
+#include "python/interpreter.h"
 #include "python/laws.h"
 #include "python/scene.h"
 #include "python/simulation.h"
@@ -68,18 +72,16 @@ class NewestTick : public Watcher {
 };
 
 /// The two loops of a scene, run by threads of their own. What comes in and goes out passes through buffers: the
-/// contact loop never waits for Python.
-class Realtime {
+/// contact loop never waits for Python. Its thread shares it with Python, which may let go of it anywhere: even in a
+/// law of its own, where the garbage collector happens to find it.
+class Realtime : public std::enable_shared_from_this<Realtime> {
  public:
   Realtime(std::shared_ptr<const SceneHandle> scene, bool realtime, int core, OwnControl own);
-  ~Realtime();
-  Realtime(const Realtime&) = delete;
-  Realtime& operator=(const Realtime&) = delete;
 
   void start();
-  /// Ends the run and waits for it; without the interpreter's lock.
-  void stop();
-  /// Waits for its end, so long at most. Whether it has come.
+  void ask_to_stop() { stopping_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] bool is_stopping() const { return stopping_.load(std::memory_order_relaxed) || is_ending(); }
+  /// Waits for its end, so long at most. Whether it has come. Of a run of the process that forked this one: true.
   [[nodiscard]] bool wait(double seconds);
   /// Of a run that has ended. Throws what a law threw.
   [[nodiscard]] const RealtimeRun& result();
@@ -104,15 +106,31 @@ class Realtime {
   std::mutex input_mutex_;
   LiveInput input_;
   std::atomic<bool> stopping_{false};
-  std::mutex joining_;
   std::mutex mutex_;
   std::condition_variable ended_;
   bool started_ = false, has_ended_ = false;
+  pid_t process_ = 0;  ///< Of its thread.
   std::optional<RealtimeRun> result_;
   std::exception_ptr failure_;                ///< Of ours, or
   std::shared_ptr<const py::object> raised_;  ///< an exception of Python, which may be raised again and again.
-  std::thread thread_;
 };
+
+/// The run in whose law this thread is.
+thread_local Realtime* run_of_law = nullptr;
+
+/// The law, which says whose it is while it is under way.
+template <typename Law>
+void mark(Law& law, Realtime* run) {
+  if (!law) return;
+  law = [law = std::move(law), run](ControlPeriod& period) {
+    struct Mark {
+      explicit Mark(Realtime* of) : before(std::exchange(run_of_law, of)) {}
+      ~Mark() { run_of_law = before; }
+      Realtime* before;
+    } const inside(run);
+    return law(period);
+  };
+}
 
 Realtime::Realtime(std::shared_ptr<const SceneHandle> of_scene, bool realtime, int core, OwnControl own)
     : scene(std::move(of_scene)),
@@ -125,40 +143,26 @@ Realtime::Realtime(std::shared_ptr<const SceneHandle> of_scene, bool realtime, i
   settings_.core = core;
   settings_.quiet = true;
   settings_.own = std::move(own);
+  mark(settings_.own.wrench, this);
+  mark(settings_.own.forces, this);
+  mark(settings_.own.torques, this);
+  mark(settings_.own.muscles, this);
   settings_.live = &live_;
 }
 
-/// Those that may be running: the interpreter's end ends them first.
-std::mutex all_mutex;
-std::set<Realtime*> all_runs;
-
-Realtime::~Realtime() {
-  const py::gil_scoped_release others;  // for a law may be waiting for the lock
-  {
-    const std::lock_guard lock(all_mutex);
-    all_runs.erase(this);
-  }
-  stop();
-}
-
-void stop_all() {
-  const py::gil_scoped_release others;
-  const std::lock_guard lock(all_mutex);
-  for (Realtime* run : all_runs) run->stop();
-}
-
 void Realtime::start() {
+  const std::lock_guard lock(mutex_);
   if (started_) throw std::runtime_error("this run has begun already: make another");
   if (stopping_) throw std::runtime_error("this run was stopped: make another");
-  {
-    const std::lock_guard lock(all_mutex);
-    all_runs.insert(this);
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    started_ = true;
-  }
-  thread_ = std::thread([this] { run(); });
+  auto engaged = std::make_shared<const Engaged>();
+  process_ = getpid();
+  // It ends by itself: nothing of the interpreter may be needed after `engaged`.
+  std::thread([self = shared_from_this(), engaged = std::move(engaged)]() mutable {
+    self->run();
+    self.reset();
+    engaged.reset();
+  }).detach();
+  started_ = true;
 }
 
 void Realtime::run() {
@@ -167,7 +171,7 @@ void Realtime::run() {
   std::shared_ptr<const py::object> raised;
   try {
     State state(*model);
-    const Progress progress = [this](double, double) { return !stopping_.load(std::memory_order_relaxed); };
+    const Progress progress = [this](double, double) { return !is_stopping(); };
     result = run_realtime(*model, state, settings_, progress, {&newest});
   } catch (py::error_already_set& error) {
     const py::gil_scoped_acquire lock;
@@ -187,21 +191,16 @@ void Realtime::run() {
   ended_.notify_all();
 }
 
-void Realtime::stop() {
-  stopping_.store(true, std::memory_order_relaxed);
-  if (is_in_law()) return;  // The run's end waits for the law.
-  const std::lock_guard lock(joining_);
-  if (thread_.joinable()) thread_.join();
-}
-
 bool Realtime::wait(double seconds) {
   std::unique_lock lock(mutex_);
-  return ended_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return has_ended_; });
+  if (started_ && process_ != getpid()) return true;
+  return ended_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return !started_ || has_ended_; });
 }
 
 const RealtimeRun& Realtime::result() {
   const std::lock_guard lock(mutex_);
   if (!started_) throw std::runtime_error("the run has not begun");
+  if (!has_ended_ && process_ != getpid()) throw std::runtime_error("the run is of the process that forked this one");
   if (!has_ended_) throw std::runtime_error("the run goes on: stop() it, or wait()");
   if (raised_) {
     PyErr_SetObject(py::type::of(*raised_).ptr(), raised_->ptr());
@@ -225,6 +224,48 @@ void Realtime::send(const std::function<void(LiveInput&)>& change) {
   inputs_.publish();
 }
 
+/// Waits for the end, so long at most, and looks for Ctrl-C meanwhile. Whether it has come. A law of another run waits
+/// no longer than that run goes on: two runs may wait for one another.
+bool wait_for_end(Realtime& run, double left_s) {
+  constexpr double kLook_s = 0.05;
+  do {
+    {
+      const Unlocked others;
+      if (run.wait(std::clamp(left_s, 0.0, kLook_s))) return true;
+    }
+    check_signals();
+    if (run_of_law != nullptr && run_of_law->is_stopping()) return false;
+    left_s -= kLook_s;
+  } while (left_s > 0.0);
+  return false;
+}
+
+constexpr double kForever_s = 1e9;
+
+/// Ends the run and waits for its end, unless a law of its own asks: the end waits for the law.
+void stop(Realtime& run) {
+  run.ask_to_stop();
+  if (run_of_law != &run) (void)wait_for_end(run, kForever_s);
+}
+
+/// What Python has of a run: the run ends when that is let go of.
+struct RealtimeHandle : Constructed {
+  explicit RealtimeHandle(std::shared_ptr<Realtime> of) : run(std::move(of)) {}
+  RealtimeHandle(const RealtimeHandle&) = delete;
+  RealtimeHandle& operator=(const RealtimeHandle&) = delete;
+  /// Waits a while, so that the next run finds the cores free. Not longer: the garbage collector may be the caller, in
+  /// a thread that has what a law needs.
+  ~RealtimeHandle() {
+    constexpr double kWhile_s = 1.0;
+    run->ask_to_stop();
+    if (run_of_law == run.get() || !run->running()) return;
+    const py::gil_scoped_release others;
+    (void)run->wait(kWhile_s);
+  }
+
+  std::shared_ptr<Realtime> run;
+};
+
 py::dict state_of(Realtime& run) {
   const Newest newest = run.newest.get();
   SeenTick seen(*run.model, newest.record, newest.after, newest.muscle_forces_N);
@@ -243,33 +284,23 @@ py::object report_of(Realtime& run) {
   return of_json(json);
 }
 
-/// Waits, and looks for Ctrl-C meanwhile.
 bool wait_for(Realtime& run, const py::object& seconds) {
-  constexpr double kLook_s = 0.05;
   if (!run.started()) throw std::runtime_error("the run has not begun");
-  double left_s = seconds.is_none() ? 1e9 : time_of(seconds, "seconds");
-  for (;;) {
-    bool ended = false;
-    {
-      const py::gil_scoped_release others;
-      ended = run.wait(std::min(left_s, kLook_s));
-    }
-    if (ended) {
-      (void)run.result();
-      return true;
-    }
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    left_s -= kLook_s;
-    if (left_s <= 0.0) return false;
-  }
+  if (run_of_law == &run)
+    throw std::runtime_error("a law cannot wait() for the end of its own run: the end waits for it");
+  const double left_s = seconds.is_none() ? kForever_s : time_of(seconds, "seconds");
+  if (!wait_for_end(run, left_s)) return false;
+  (void)run.result();
+  return true;
 }
 
-std::unique_ptr<Realtime> realtime_of(std::shared_ptr<const SceneHandle> scene, bool realtime, int core,
-                                      py::object wrench, py::object forces, py::object torques, py::object muscles) {
+std::shared_ptr<RealtimeHandle> realtime_of(std::shared_ptr<const SceneHandle> scene, bool realtime, int core,
+                                            py::object wrench, py::object forces, py::object torques,
+                                            py::object muscles) {
   OwnControl own = own_control(model_of(*scene)->scene, std::move(wrench), std::move(forces), std::move(torques),
                                std::move(muscles));
-  const py::gil_scoped_release others;
-  return std::make_unique<Realtime>(std::move(scene), realtime, core, std::move(own));
+  const Unlocked others;
+  return std::make_shared<RealtimeHandle>(std::make_shared<Realtime>(std::move(scene), realtime, core, std::move(own)));
 }
 
 /// None leaves what it is.
@@ -286,16 +317,18 @@ void set_input(Realtime& self, const py::object& wrench, const py::object& shift
   });
 }
 
+/// The function of a run, for the handle of it.
+template <typename Result, typename... Arguments>
+auto on(Result (*function)(Realtime&, Arguments...)) {
+  return [function](const RealtimeHandle& self, Arguments... arguments) { return function(*self.run, arguments...); };
+}
+
 }  // namespace
 
 void bind_realtime(py::module_& module) {
-  py::module_::import("atexit").attr("register")(py::cpp_function(&stop_all));
-  const auto ends = [](Realtime& self) {
-    const py::gil_scoped_release others;
-    self.stop();
-  };
-  py::class_<Realtime>(module, "Realtime",
-                       R"(The two loops of a scene on threads of their own, as `thenar run --realtime`.
+  py::class_<RealtimeHandle, std::shared_ptr<RealtimeHandle>>(
+      module, "Realtime",
+      R"(The two loops of a scene on threads of their own, as `thenar run --realtime`.
 
     with thenar.Realtime(scene, torques=law) as run:
         run.input(wrench=[0.2, 0, 0, 0, 0, 0])
@@ -308,33 +341,34 @@ contact loop never waits for Python.)")
            py::arg("muscles") = py::none(),
            R"(It lasts as long as the scene. realtime: ask for SCHED_FIFO and a core of its own; what
 is refused is told in report. core: the contact thread's. Laws as of Simulation.)")
-      .def("start", &Realtime::start, "Begins; entering a `with` does so, too.")
-      .def("stop", ends, "Ends it, and waits for the threads; leaving a `with` does so, too.")
       .def(
-          "__enter__",
-          [](Realtime& self) -> Realtime& {
-            self.start();
-            return self;
-          },
-          py::return_value_policy::reference)
-      .def("__exit__",
-           [ends](Realtime& self, const py::object& type, const py::object&, const py::object&) {
-             ends(self);
-             // What a law raised ended the run: it is raised here, unless something else is on its way.
-             if (type.is_none()) (void)self.result();
+          "start", [](const RealtimeHandle& self) { self.run->start(); }, "Begins; entering a `with` does so, too.")
+      .def("stop", on(&stop),
+           "Ends it, and waits for the threads; leaving a `with` does so, too. A law of its own does not wait.")
+      .def("__enter__",
+           [](const py::object& self) {
+             self.attr("start")();
+             return self;
            })
-      .def("wait", &wait_for, py::arg("seconds") = py::none(),
-           "Until the end of the run, or so long. Whether it has ended. Raises what a law raised.")
-      .def_property_readonly("running", &Realtime::running)
-      .def("state", &state_of, "The newest tick as a dict of copies; names and units as of Simulation.")
-      .def("input", &set_input, py::arg("wrench") = py::none(), py::kw_only(), py::arg("shift_m") = py::none(),
+      .def("__exit__",
+           [](const RealtimeHandle& self, const py::object& type, const py::object&, const py::object&) {
+             stop(*self.run);
+             // What a law raised ended the run: it is raised here, unless something else is on its way.
+             if (type.is_none()) (void)self.run->result();
+           })
+      .def("wait", on(&wait_for), py::arg("seconds") = py::none(),
+           "Until the end of the run, or so long. Whether it has ended. Raises what a law raised, and RuntimeError in "
+           "a law of this run, whose end would never come.")
+      .def_property_readonly("running", [](const RealtimeHandle& self) { return self.run->running(); })
+      .def("state", on(&state_of), "The newest tick as a dict of copies; names and units as of Simulation.")
+      .def("input", on(&set_input), py::arg("wrench") = py::none(), py::kw_only(), py::arg("shift_m") = py::none(),
            py::arg("turn_rad") = py::none(), R"(From the next tick on, until it is changed.
 
 wrench: (6,) on the object, about its origin, world axes [N, N m].
 shift_m, turn_rad: (3,) of the target against the task's, object axes at the start; within 50 mm and 0.5 rad an axis,
 to which it goes at 50 mm/s and 1 rad/s.)")
       .def_property_readonly(
-          "report", &report_of,
+          "report", on(&report_of),
           R"(Of a run that has ended: outcome and reason, and its summary.json as `thenar run --realtime` writes it.
 
 Raises what a law raised.)");

@@ -23,6 +23,7 @@
 #include "engine/recordings/recorded_run.h"
 #include "engine/results/contact_fields.h"
 #include "python/arrays.h"
+#include "python/interpreter.h"
 #include "python/tick_views.h"
 
 namespace thenar::python {
@@ -131,7 +132,7 @@ py::array tick_contacts_of(const RecordedRun& run) {
 }
 
 /// A recording, and the file that it was read from.
-struct RecordingHandle {
+struct RecordingHandle : Constructed {
   explicit RecordingHandle(const std::filesystem::path& from)
       : file(std::filesystem::absolute(from)), run(read_recording(from)) {
     std::error_code none;
@@ -150,7 +151,7 @@ std::vector<std::string> names_of_fields(const RecordedRun& run) {
 }
 
 std::string page_of(const std::filesystem::path& recording) {
-  const py::gil_scoped_release others;
+  const Unlocked others;
   return recording_page(recording);
 }
 
@@ -158,13 +159,14 @@ std::string page_of(const std::filesystem::path& recording) {
 
 void bind_recordings(py::module_& module) {
   module.def("_page", &page_of, py::arg("recording"));
-  py::class_<RecordingHandle>(module, "Recording", R"(What a recording holds, as arrays: recording['force_N'].
+  py::class_<RecordingHandle, std::shared_ptr<RecordingHandle>>(
+      module, "Recording", R"(What a recording holds, as arrays: recording['force_N'].
 
 A row a state. Names and units are those of Simulation and of the live window; `object` and `target` are (states, 4, 4)
 poses, and what is a vector a finger is (states, fingers, 3). What a recording does not know is NaN.)")
       .def(py::init([](const std::filesystem::path& file) {
-             const py::gil_scoped_release others;
-             return std::make_unique<RecordingHandle>(file);
+             const Unlocked others;
+             return std::make_shared<RecordingHandle>(file);
            }),
            py::arg("file"), "Reads an MCAP file that thenar wrote, also one that was cut off. Raises FileError.")
       .def(
@@ -174,7 +176,7 @@ poses, and what is a vector a finger is (states, fingers, 3). What a recording d
       .def("__contains__",
            [](const RecordingHandle& self, const py::object& key) {
              if (!py::isinstance<py::str>(key)) return false;
-             const auto name = key.cast<std::string>();
+             const std::string name = text_of(key, "the name of a field");
              const std::vector<std::string> names = names_of_fields(self.run);
              return std::find(names.begin(), names.end(), name) != names.end();
            })

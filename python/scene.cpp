@@ -26,43 +26,88 @@ Scene load(const std::filesystem::path& file, const std::vector<std::string>& ch
   return scene;
 }
 
+/// A value of Python as YAML, bounded: lists may contain themselves, or one another many times.
+class ValueText {
+ public:
+  explicit ValueText(std::string key) : key_(std::move(key)) {}
+
+  [[nodiscard]] std::string of(py::handle value) {
+    add(value, 0);
+    return std::move(text_);
+  }
+
+ private:
+  void add(py::handle value, int depth);
+  void add_items(py::handle items, int depth);
+  void add_scalar(const std::string& text);
+
+  std::string key_, text_;
+};
+
 /// Words that YAML would take for something else are quoted.
-std::string scalar_text(const std::string& text) {
+void ValueText::add_scalar(const std::string& text) {
   if (text.find_first_of("\n\r") != std::string::npos) throw py::value_error("a value of a scene is one line");
   const bool plain = !text.empty() && text.find_first_of(":#{}[],&*!|>'\"%@`") == std::string::npos &&
                      text.front() != ' ' && text.back() != ' ';
-  if (plain) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted + "'";
+  if (plain) {
+    text_ += text;
+    return;
+  }
+  text_ += '\'';
+  for (const char c : text) text_ += c == '\'' ? std::string("''") : std::string(1, c);
+  text_ += '\'';
 }
 
-std::string value_text(py::handle value, const std::string& key) {
-  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
-  if (py::isinstance<py::str>(value)) return scalar_text(value.cast<std::string>());
-  if (py::hasattr(value, "__fspath__")) return scalar_text(py::str(value.attr("__fspath__")()).cast<std::string>());
-  if (py::isinstance<py::dict>(value)) {
-    std::string text;
+void ValueText::add_items(py::handle items, int depth) {
+  text_ += '[';
+  bool first = true;
+  for (const py::handle item : items) {
+    if (!std::exchange(first, false)) text_ += ", ";
+    add(item, depth + 1);
+  }
+  text_ += ']';
+}
+
+void ValueText::add(py::handle value, int depth) {
+  constexpr int kMostDepth = 32;
+  constexpr std::size_t kMostBytes = 16'000'000;
+  if (depth > kMostDepth) {
+    throw py::value_error(fmt::format("{} is nested more than {} deep: does it contain itself?", key_, kMostDepth));
+  }
+  if (text_.size() > kMostBytes) throw py::value_error(fmt::format("{} is longer than {} bytes", key_, kMostBytes));
+  if (py::isinstance<py::bool_>(value)) {
+    text_ += value.cast<bool>() ? "true" : "false";
+  } else if (py::isinstance<py::str>(value)) {
+    add_scalar(text_of(value, key_));
+  } else if (py::hasattr(value, "__fspath__")) {
+    add_scalar(text_of(py::str(value.attr("__fspath__")()), key_));
+  } else if (py::isinstance<py::dict>(value)) {
+    text_ += '{';
+    bool first = true;
     for (const auto& [name, item] : value.cast<py::dict>()) {
-      text += (text.empty() ? "" : ", ") + py::str(name).cast<std::string>() + ": " + value_text(item, key);
+      if (!std::exchange(first, false)) text_ += ", ";
+      text_ += text_of(py::str(name), "a name in " + key_) + ": ";
+      add(item, depth + 1);
     }
-    return "{" + text + "}";
+    text_ += '}';
+  } else if (py::hasattr(value, "tolist")) {
+    add(value.attr("tolist")(), depth + 1);
+  } else if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
+    add_items(value, depth);
+  } else if (py::isinstance<py::int_>(value)) {
+    text_ += text_of(py::str(value), key_);
+  } else if (py::isinstance<py::float_>(value)) {
+    text_ += fmt::format("{}", number(value, key_));
+  } else {
+    throw py::type_error(key_ +
+                         " takes text, such as '150 g', a number, a list or a dict, as a scene file would have it");
   }
-  if (py::hasattr(value, "tolist")) return value_text(value.attr("tolist")(), key);
-  if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
-    std::string text;
-    for (const py::handle item : value) text += (text.empty() ? "" : ", ") + value_text(item, key);
-    return "[" + text + "]";
-  }
-  if (py::isinstance<py::int_>(value)) return py::str(value).cast<std::string>();
-  if (py::isinstance<py::float_>(value)) return fmt::format("{}", number(value, key));
-  throw py::type_error(key + " takes text, such as '150 g', a number, a list or a dict, as a scene file would have it");
 }
 
 std::vector<std::string> joined(std::vector<std::string> changes, const py::dict& more) {
   for (const auto& [key, value] : more) {
     if (!py::isinstance<py::str>(key)) throw py::type_error("keys of a scene are text, such as 'object.mass'");
-    const std::string name = key.cast<std::string>();
+    const std::string name = text_of(key, "a key of a scene");
     changes.push_back(name + "=" + yaml_text(value, name));
   }
   return changes;
@@ -83,7 +128,7 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 
 std::shared_ptr<SceneHandle> make(const std::filesystem::path& file, std::vector<std::string> changes,
                                   std::optional<FoundGrasp> grasp = {}, const SceneHandle* like = nullptr) {
-  const py::gil_scoped_release others;
+  const Unlocked others;
   return std::make_shared<SceneHandle>(file, std::move(changes), std::move(grasp),
                                        like != nullptr ? like->made_model() : nullptr);
 }
@@ -112,13 +157,13 @@ std::shared_ptr<const Model> SceneHandle::made_model() const {
 }
 
 std::shared_ptr<const Model> model_of(const SceneHandle& scene) {
-  const py::gil_scoped_release others;
+  const Unlocked others;
   return scene.model();
 }
 
 std::string yaml_text(py::handle value, const std::string& key) {
   // A text alone is YAML already, as after --set.
-  return py::isinstance<py::str>(value) ? value.cast<std::string>() : value_text(value, key);
+  return py::isinstance<py::str>(value) ? text_of(value, key) : ValueText(key).of(value);
 }
 
 double quantity_of(py::handle value, Dimension dimension, const std::string& name) {
@@ -126,7 +171,7 @@ double quantity_of(py::handle value, Dimension dimension, const std::string& nam
     throw py::type_error(
         fmt::format("{} takes text with a unit, such as '1 {}'", name, unit_symbols(dimension).front()));
   }
-  const Quantity read = read_quantity(value.cast<std::string>(), dimension);
+  const Quantity read = read_quantity(text_of(value, name), dimension);
   if (!read.fault.empty()) throw py::value_error(fmt::format("{}: {}", name, read.fault));
   return read.value;
 }
@@ -145,7 +190,7 @@ std::shared_ptr<SceneHandle> new_scene(const std::filesystem::path& file, const 
   ObjectWish wish{.object = object, .hand = hand};
   // As after --unit: "mm" is one.
   const bool bare = py::isinstance<py::str>(unit) && py::len(unit) > 0 &&
-                    std::isalpha(static_cast<unsigned char>(unit.cast<std::string>().front())) != 0;
+                    std::isalpha(static_cast<unsigned char>(text_of(unit, "unit").front())) != 0;
   wish.unit_m = quantity_of(bare ? py::str("1 ") + unit : py::object(unit), Dimension::kLength, "unit");
   wish.mass_kg = quantity_of(mass, Dimension::kMass, "mass");
   wish.friction = number(friction, "friction");
@@ -153,7 +198,7 @@ std::shared_ptr<SceneHandle> new_scene(const std::filesystem::path& file, const 
   if (!(wish.mass_kg > 0.0)) throw py::value_error("mass must be greater than zero");
   if (!(wish.friction >= 0.0 && wish.friction <= 10.0)) throw py::value_error("friction must lie within 0 .. 10");
   {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     (void)write_new_scene(file, wish);
   }
   return make(file, {});

@@ -13,6 +13,7 @@
 #include "engine/grasp/model.h"
 #include "engine/grasp/scene.h"
 #include "engine/scenes/units.h"
+#include "python/interpreter.h"
 
 namespace thenar::python {
 
@@ -20,7 +21,7 @@ namespace py = pybind11;
 
 /// A scene's file, the changes to it, and what they make. It never changes; its model is made when it is first needed,
 /// and shared by all runs of it: that of load_model().
-class SceneHandle {
+class SceneHandle : public Constructed {
  public:
   /// `known`: a model of a scene like this one, if there is one: load_model().
   SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp = {},

@@ -43,7 +43,7 @@ void step(Simulation& simulation, std::int64_t ticks) {
   const Hold hold(simulation);
   SignalWatch watch;
   {
-    const py::gil_scoped_release others;
+    const Unlocked others;
     simulation.ticks(ticks, false, watch);
   }
   watch.rethrow();
@@ -57,7 +57,7 @@ py::object run_until(Simulation& simulation, const py::object& until) {
     const Hold hold(simulation);
     SignalWatch watch;
     {
-      const py::gil_scoped_release others;
+      const Unlocked others;
       simulation.ticks(end - simulation.run.state.tick, simulation.model->scene.control.has_value(), watch);
     }
     watch.rethrow();
@@ -73,7 +73,7 @@ std::shared_ptr<Simulation> simulation_of(std::shared_ptr<const SceneHandle> sce
   std::shared_ptr<const Model> model = model_of(*scene);
   OwnControl own =
       own_control(model->scene, std::move(wrench), std::move(forces), std::move(torques), std::move(muscles));
-  const py::gil_scoped_release others;
+  const Unlocked others;
   return std::make_shared<Simulation>(std::move(scene), std::move(model), settings, std::move(own));
 }
 
@@ -163,7 +163,7 @@ void bind_shows(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
           "_record_now",
           [](Simulation& self, const std::filesystem::path& file) {
             const Hold hold(self);
-            const py::gil_scoped_release others;
+            const Unlocked others;
             self.record_now(file);
           },
           py::arg("file"), "A recording of this instant alone.")
@@ -284,7 +284,7 @@ std::optional<LockstepSettings> lockstep_of(const py::object& lockstep) {
   if (py::isinstance<py::dict>(lockstep)) {
     settings.emplace();
     for (const auto& [key, value] : lockstep.cast<py::dict>()) {
-      const auto name = py::str(key).cast<std::string>();
+      const auto name = text_of(py::str(key), "a name in lockstep");
       if (name == "jitter_s") {
         settings->jitter_s = number(value, name);
         if (settings->jitter_s < 0.0) throw py::value_error("jitter_s is less than 0");
@@ -302,14 +302,6 @@ std::optional<LockstepSettings> lockstep_of(const py::object& lockstep) {
   return settings;
 }
 
-bool SignalWatch::operator()(std::int64_t tick) {
-  constexpr std::int64_t kEvery = 1024;
-  if (tick % kEvery != kEvery - 1) return false;
-  const py::gil_scoped_acquire lock;
-  raised_ = PyErr_CheckSignals() != 0;
-  return raised_;
-}
-
 namespace {
 
 void bind_saving(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
@@ -319,7 +311,7 @@ void bind_saving(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
             const Hold hold(self);
             std::string bytes;
             {
-              const py::gil_scoped_release others;
+              const Unlocked others;
               bytes = self.state();
             }
             return py::bytes(bytes);
@@ -332,7 +324,7 @@ For set_state() of a simulation of the same scene, in this process or another on
           [](Simulation& self, const py::bytes& state) {
             const auto bytes = static_cast<std::string_view>(state);
             const Hold hold(self);
-            const py::gil_scoped_release others;
+            const Unlocked others;
             self.set_state(bytes);
           },
           py::arg("state"), R"(Goes on as the run did whose state() this is: with the same bits as its copy().
@@ -367,7 +359,7 @@ Returns report.)")
           "copy",
           [](Simulation& self) {
             const Hold hold(self);
-            const py::gil_scoped_release others;
+            const Unlocked others;
             return std::make_shared<Simulation>(self);
           },
           "A run that goes on as this one would, by itself.")

@@ -16,6 +16,7 @@
 #include "engine/results/grasp_monitor.h"
 #include "engine/results/recorder.h"
 #include "engine/results/recording.h"
+#include "python/interpreter.h"
 #include "python/scene.h"
 
 namespace thenar::python {
@@ -23,7 +24,7 @@ namespace thenar::python {
 namespace py = pybind11;
 
 /// A run in one loop or in lockstep, stepped from outside, with the measures of `thenar run` so far.
-class Simulation {
+class Simulation : public Constructed {
  public:
   Simulation(std::shared_ptr<const SceneHandle> scene, std::shared_ptr<const Model> model,
              std::optional<LockstepSettings> lockstep, OwnControl own);
@@ -33,10 +34,10 @@ class Simulation {
 
   /// Runs one tick as run_ticks() and Recorder do, but keeps nothing.
   void tick();
-  /// Runs `count` ticks, or until `stop` is true or, with `to_loss`, the object is lost.
+  /// Runs `count` ticks, or until `stop` is true, asked before each, or, with `to_loss`, the object is lost.
   template <typename Stop>
   void ticks(std::int64_t count, bool to_loss, Stop&& stop) {
-    for (std::int64_t i = 0; i < count && !(to_loss && monitor.has_ended()) && !stop(i); ++i) tick();
+    for (std::int64_t i = 0; i < count && !(to_loss && monitor.has_ended()) && !stop(); ++i) tick();
   }
 
   /// Return and restore all of it but the laws: see engine/loops/run_state.h.
@@ -86,19 +87,6 @@ class Hold {
 
 /// Reads the settings from True, False, or a dict of jitter_s and seed.
 [[nodiscard]] std::optional<LockstepSettings> lockstep_of(const py::object& lockstep);
-
-/// Watch for a signal, such as Ctrl-C, to be raised in Python: looks once in many ticks, with the lock.
-class SignalWatch {
- public:
-  [[nodiscard]] bool operator()(std::int64_t tick);
-  /// Raises the signal's exception.
-  void rethrow() const {
-    if (raised_) throw py::error_already_set();
-  }
-
- private:
-  bool raised_ = false;
-};
 
 void bind_simulation(py::module_& module);
 

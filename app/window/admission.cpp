@@ -24,9 +24,11 @@ bool is_letter_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && 
 std::uint16_t cut_port(std::string_view& host) {
   const std::size_t colon = host.rfind(':');
   if (colon == host.npos || host.find(']', colon) != host.npos) return 80;  // A ':' of an IPv6 address.
-  const auto port = number_in<std::uint16_t>(host.substr(colon + 1));
+  const std::string_view digits = host.substr(colon + 1);
+  const auto port = number_in<std::uint16_t>(digits);
   host = host.substr(0, colon);
-  return port.value_or(0);
+  // As browsers write it: without a sign, and without zeros before it.
+  return port && digits == std::to_string(*port) ? *port : std::uint16_t{0};
 }
 
 /// Whether the Host is a name of the address that is listened on. A name that someone's DNS leads here is not: so the
@@ -39,6 +41,8 @@ bool is_ours(std::string_view host, const Listening& listening) {
   const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
   if (bracketed) host = host.substr(1, host.size() - 2);
   boost::system::error_code fault;
+  // Behind a '%' an IPv6 address may have any text, the name of an interface.
+  if (host.find('%') != host.npos) return false;
   const address theirs = make_address(std::string(host), fault);
   if (fault || theirs.is_v6() != bracketed) return false;
   return theirs == ours || ours.is_unspecified() || (ours.is_loopback() && theirs.is_loopback());

@@ -15,6 +15,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -29,6 +30,7 @@
 #include "app/window/session.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
+#include "engine/formats/text.h"
 #include "engine/grasp/model.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
@@ -152,6 +154,7 @@ std::vector<std::string> changes(const Options& options) {
 }
 
 void end_on_signals() {
+  set_stop_question([] { return stop.load(); });
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
   action.sa_flags = SA_RESETHAND;  // The second one ends at once what does not end.
@@ -204,7 +207,8 @@ void announce(const std::string& url, const Options& options) {
 void replay(const Options& options) {
   // Refused before anybody looks at it.
   if (!read_mcap(options.file, [](const McapMessage&) {}).whole) {
-    std::cerr << "warning: " << options.file.string() << " was cut off; it is shown to its last whole state\n";
+    std::cerr << "warning: " << printable(options.file.string())
+              << " was cut off; it is shown to its last whole state\n";
   }
   const WindowServer server(options.server, [](const Message&) { return "a recording takes no orders"; });
   announce(server.url(), options);
@@ -249,6 +253,10 @@ int run_program(int argc, char** argv) try {
     std::cerr << app::kHostCannotRun;
     return app::kInternal;
   }
+  if (!app::has_stack()) {
+    std::cerr << app::kNoStack;
+    return app::kBadUsage;
+  }
   widen_thread_stacks();
   int exit_code = app::kDone;
   std::optional<Options> options = parse_options(argc, argv, exit_code);
@@ -278,6 +286,11 @@ int run_program(int argc, char** argv) try {
 } catch (const std::bad_alloc&) {
   std::cerr << "not enough memory\n";
   return app::kInternal;
+} catch (const std::system_error& error) {
+  // So the system calls it when there is no memory for a thread.
+  const bool no_thread = error.code() == std::errc::resource_unavailable_try_again;
+  std::cerr << (no_thread ? "not enough memory" : std::string("internal error: ") + error.what()) << '\n';
+  return app::kInternal;
 } catch (const std::exception& error) {
   std::cerr << "internal error: " << error.what() << '\n';
   return app::kInternal;
@@ -287,4 +300,7 @@ int run_program(int argc, char** argv) try {
 
 }  // namespace thenar::window
 
-int main(int argc, char** argv) { return thenar::window::run_program(argc, argv); }
+int main(int argc, char** argv) {
+  thenar::app::hold_standard_streams();
+  return thenar::window::run_program(argc, argv);
+}

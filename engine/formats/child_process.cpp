@@ -1,6 +1,8 @@
 #include "engine/formats/child_process.h"
 
 #include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -43,6 +45,36 @@ std::string read_all(int from) {
   }
 }
 
+/// Waits for the end of a child. Whether it ended by itself, with 0.
+bool ended_well(pid_t child) {
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return false;
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// Starts a program with these descriptors; -1 if it cannot.
+pid_t start(const std::vector<std::string>& command, int input, int output) {
+  std::vector<char*> words;
+  words.reserve(command.size() + 1);
+  for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  posix_spawn_file_actions_adddup2(&streams, input, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&streams, output, STDOUT_FILENO);
+  posix_spawn_file_actions_addopen(&streams, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawnattr_t apart;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
+  pid_t child = -1;
+  if (posix_spawnp(&child, words.front(), &streams, &apart, words.data(), environ) != 0) child = -1;
+  posix_spawn_file_actions_destroy(&streams);
+  posix_spawnattr_destroy(&apart);
+  return child;
+}
+
 }  // namespace
 
 std::optional<std::string> in_child_process(const std::function<std::string()>& work, const ChildLimits& limits) {
@@ -63,11 +95,24 @@ std::optional<std::string> in_child_process(const std::function<std::string()>& 
   std::string bytes = child > 0 ? read_all(ends[0]) : "";
   close(ends[0]);
   if (child < 0) return std::nullopt;
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return std::nullopt;
+  if (!ended_well(child)) return std::nullopt;
+  return bytes;
+}
+
+std::optional<std::string> output_of(const std::vector<std::string>& command, const std::string& input) {
+  // Not a pipe: one to a program that is missing or stops ends us, too.
+  const int memory = memfd_create("input", MFD_CLOEXEC);
+  int ends[2] = {-1, -1};
+  pid_t child = -1;
+  std::string bytes;
+  if (memory >= 0 && write_all(memory, input) && lseek(memory, 0, SEEK_SET) == 0 && pipe2(ends, O_CLOEXEC) == 0) {
+    child = start(command, memory, ends[1]);
+    close(ends[1]);
+    if (child > 0) bytes = read_all(ends[0]);
+    close(ends[0]);
   }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return std::nullopt;
+  if (memory >= 0) close(memory);
+  if (child < 0 || !ended_well(child)) return std::nullopt;
   return bytes;
 }
 

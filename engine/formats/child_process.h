@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace thenar {
 
@@ -18,5 +19,10 @@ struct ChildLimits {
 /// Requires  Work that locks nothing that another thread of this process may hold.
 [[nodiscard]] std::optional<std::string> in_child_process(const std::function<std::string()>& work,
                                                           const ChildLimits& limits = {});
+
+/// Runs a program, found as shells do, whose standard input is `input`, and returns all that it writes to standard
+/// output; what it writes to standard error is lost. Nothing if it could not start, or did not end with 0. Signals
+/// that come meanwhile cut nothing off, and those of the terminal, such as Ctrl-C, do not reach it.
+[[nodiscard]] std::optional<std::string> output_of(const std::vector<std::string>& command, const std::string& input);
 
 }  // namespace thenar

@@ -1,13 +1,17 @@
 #include "engine/formats/files.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
+#include <csignal>
+#include <ctime>
 #include <map>
 #include <mutex>
 #include <new>
@@ -15,6 +19,7 @@
 #include <system_error>
 
 #include "engine/formats/open_file.h"
+#include "engine/formats/text.h"
 
 namespace thenar {
 
@@ -40,14 +45,80 @@ std::optional<std::string> read_all(int descriptor, std::size_t expected) {
   return bytes;
 }
 
+std::atomic<bool (*)()> stop_question = nullptr;
+
+bool stop_is_asked() {
+  bool (*const asked)() = stop_question;
+  return asked != nullptr && asked();
+}
+
+/// Keeps SIGPIPE from the thread: a pipe whose reader has gone is a fault of the file.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~NoPipeSignal() {
+    const int fault = errno;
+    const timespec at_once{};
+    if (sigismember(&before_, SIGPIPE) == 0) sigtimedwait(&pipe_, nullptr, &at_once);
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+    errno = fault;
+  }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_{}, before_{};
+};
+
+/// Waits until a pipe takes more; a second at most from when the end of this process was asked for, by the question or
+/// by a signal that somebody handles. False, with errno, if it takes nothing until then.
+bool wait_to_write(int descriptor) {
+  constexpr int kLook_ms = 100, kMostLooks = 10;
+  pollfd pipe{descriptor, POLLOUT, 0};
+  bool interrupted = false;
+  for (int looks = 0; looks < kMostLooks;) {
+    const int ready = poll(&pipe, 1, kLook_ms);
+    if (ready > 0) return true;
+    interrupted = interrupted || (ready < 0 && errno == EINTR) || stop_is_asked();
+    if (interrupted) ++looks;
+  }
+  errno = EINTR;
+  return false;
+}
+
 bool write_all(int descriptor, std::string_view bytes) {
+  const NoPipeSignal no_signal;
   while (!bytes.empty()) {
     const ssize_t put = write(descriptor, bytes.data(), bytes.size());
     if (put < 0 && errno == EINTR) continue;
+    if (put < 0 && errno == EAGAIN && wait_to_write(descriptor)) continue;
     if (put <= 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(put));
   }
   return true;
+}
+
+/// Opens what is not a regular file, such as a pipe, for writing without waiting; -1 with errno. `waits`: for somebody
+/// who reads the pipe.
+int open_special(const fs::path& file, bool waits) {
+  constexpr timespec kLook{.tv_sec = 0, .tv_nsec = 50'000'000};
+  for (;;) {
+    const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor >= 0 || errno != ENXIO || !waits || stop_is_asked()) return descriptor;
+    if (nanosleep(&kLook, nullptr) != 0) return -1;
+  }
+}
+
+std::string open_fault() { return errno == ENXIO ? "nobody reads this pipe" : "cannot be written: " + message(errno); }
+
+/// Returns true if there is such a file, and it cannot be replaced: a device, a pipe.
+bool is_special(const fs::path& file) {
+  std::error_code none;
+  return fs::exists(file, none) && !fs::is_regular_file(file, none);
 }
 
 /// Calls `make` with names beside `path` until one is free. An existing name, even of a link, belongs to others.
@@ -83,6 +154,11 @@ struct {
 } kept;
 
 }  // namespace
+
+FileError::FileError(const fs::path& file, const std::string& what)
+    : std::runtime_error(printable(file.string() + ": " + what)), file_(file.string()) {}
+
+void set_stop_question(bool (*stop_is_asked)()) { stop_question = stop_is_asked; }
 
 std::string ending_of(const fs::path& file) {
   std::string ending = file.extension().string();
@@ -122,7 +198,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
   // The target of a link is written, and the link stays; a device or a pipe cannot be replaced.
   const fs::path resolved = fs::weakly_canonical(path, unresolved);
   const fs::path& file = unresolved ? path : resolved;
-  const bool replace = !fs::exists(file, unresolved) || fs::is_regular_file(file, unresolved);
+  const bool replace = !is_special(file);
   int descriptor = -1;
   fs::path draft = file;
   if (replace) {
@@ -131,9 +207,15 @@ void write_file(const fs::path& path, std::string_view bytes) {
       return descriptor >= 0;
     });
   } else {
-    descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
+    descriptor = open_special(file, true);
   }
-  if (descriptor < 0) throw FileError(path, "cannot be written: " + message(errno));
+  if (descriptor < 0) throw FileError(path, open_fault());
+  struct stat before {};
+  if (replace && stat(file.c_str(), &before) == 0) {
+    // The owner first: it takes bits of the mode away.
+    (void)!fchown(descriptor, before.st_uid, before.st_gid);
+    fchmod(descriptor, before.st_mode & 0777);
+  }
   bool done = write_all(descriptor, bytes);
   int fault = errno;
   // A full disk may show only when the file is closed.
@@ -161,12 +243,13 @@ void prepare_folder(const fs::path& folder) {
 
 std::optional<FileLock> FileLock::take(const fs::path& path) {
   const bool folder = fs::is_directory(path);
+  // Who opens a pipe for both ends reads it, too: nobody would notice that it has no other reader.
+  if (!folder && is_special(path)) return FileLock(path, -1);
   FileLock lock(path, open(path.c_str(), (folder ? O_RDONLY : O_RDWR | O_CREAT) | O_NONBLOCK | O_CLOEXEC, 0666));
   struct stat status {};
   if (lock.descriptor_ < 0 || fstat(lock.descriptor_, &status) != 0) {
     throw FileError(path, "cannot be written: " + message(errno));
   }
-  if (!folder && !S_ISREG(status.st_mode)) return lock;
   if (flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return std::nullopt;
   return lock;
 }
@@ -182,6 +265,19 @@ void FileLock::write(std::string_view bytes) const {
 FileLock::~FileLock() {
   if (descriptor_ >= 0) close(descriptor_);
 }
+
+FileWriter::FileWriter(const fs::path& path)
+    : descriptor_(is_special(path) ? open_special(path, false)
+                                   : open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) throw FileError(path, open_fault());
+}
+
+bool FileWriter::write(std::string_view bytes) {
+  failed_ = failed_ || !write_all(descriptor_, bytes);
+  return !failed_;
+}
+
+FileWriter::~FileWriter() { close(descriptor_); }
 
 std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
   if (file.empty()) return file;

@@ -12,8 +12,7 @@ namespace thenar {
 /// A file that cannot be read or written, or does not hold what it should (exit code 3): "path: what is wrong".
 class FileError : public std::runtime_error {
  public:
-  FileError(const std::filesystem::path& file, const std::string& what)
-      : std::runtime_error(file.string() + ": " + what), file_(file.string()) {}
+  FileError(const std::filesystem::path& file, const std::string& what);
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
@@ -48,8 +47,12 @@ class KeptFiles {
 /// Tests whether read_file() would find it: it exists, or is kept.
 [[nodiscard]] bool is_readable(const std::filesystem::path& file);
 
-/// Replaces a file by these bytes, completely or not at all; a file that is not regular, such as a pipe, is written to.
-/// Throws FileError.
+/// Sets how to find out whether somebody asked for the end of this process, which then waits for no pipe any more. It
+/// is global to the process, as signals are.
+void set_stop_question(bool (*stop_is_asked)());
+
+/// Replaces a file by these bytes, completely or not at all; the file keeps its mode, and where that is allowed its
+/// owner. A file that is not regular is written to: for a pipe, as soon as somebody reads it. Throws FileError.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Makes a folder for results and proves that it can be written to. Throws FileError.
@@ -59,7 +62,7 @@ void prepare_folder(const std::filesystem::path& folder);
 class FileLock {
  public:
   /// Takes the lock; nothing if another process, or another lock of this one, has it. A missing file is created.
-  /// Devices and file systems without locks are never locked by others. Throws FileError.
+  /// Pipes, devices and file systems without locks are never locked by others. Throws FileError.
   [[nodiscard]] static std::optional<FileLock> take(const std::filesystem::path& path);
   /// Replaces the locked file's contents by these bytes, and waits until they are on the disk. Throws FileError; the
   /// file may then contain a part of them.
@@ -74,6 +77,24 @@ class FileLock {
 
   std::filesystem::path path_;
   int descriptor_;
+};
+
+/// A file that is written from its beginning, part by part.
+class FileWriter {
+ public:
+  /// Empties the file. Throws FileError; also for a pipe that nobody reads.
+  explicit FileWriter(const std::filesystem::path& path);
+  /// Writes to the disk. False once this has failed, and from then on: the file ends there. A pipe whose reader is slow
+  /// is waited for, until somebody asks for the end of this process.
+  bool write(std::string_view bytes);
+  [[nodiscard]] bool has_failed() const { return failed_; }
+  ~FileWriter();
+  FileWriter(const FileWriter&) = delete;
+  FileWriter& operator=(const FileWriter&) = delete;
+
+ private:
+  int descriptor_;
+  bool failed_ = false;
 };
 
 /// Returns a file's name relative to `folder`, for use in a file there.

@@ -176,11 +176,7 @@ void McapEncoder::append(std::string_view bytes) {
 }
 
 McapWriter::McapWriter(const std::filesystem::path& file, const std::vector<McapChannel>& channels)
-    : path_(file),
-      lock_(take_for_recording(file)),
-      file_(file, std::ios::binary | std::ios::trunc),
-      encoder_(channels) {
-  if (!file_) throw FileError(file, "cannot be written");
+    : path_(file), lock_(take_for_recording(file)), file_(file), encoder_(channels) {
   save();
   throw_if_failed();
 }
@@ -198,12 +194,11 @@ void McapWriter::finish() {
 
 void McapWriter::save() {
   const std::string bytes = encoder_.take();
-  // A stream that has failed accepts no more data.
-  if (!bytes.empty()) file_ << bytes << std::flush;
+  if (!bytes.empty()) (void)file_.write(bytes);
 }
 
 void McapWriter::throw_if_failed() const {
-  if (!file_) throw FileError(path_, "could not be written in full");
+  if (file_.has_failed()) throw FileError(path_, "could not be written in full");
 }
 
 }  // namespace thenar

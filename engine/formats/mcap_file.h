@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
@@ -85,7 +84,7 @@ class McapWriter {
 
   std::filesystem::path path_;
   FileLock lock_;
-  std::ofstream file_;
+  FileWriter file_;
   McapEncoder encoder_;
 };
 

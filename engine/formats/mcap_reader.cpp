@@ -1,10 +1,13 @@
 #include "engine/formats/mcap_reader.h"
 
+#include <fmt/format.h>
 #include <zstd.h>
 
 #include <cstdint>
 #include <map>
+#include <new>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "engine/formats/checksum.h"
@@ -18,7 +21,11 @@ namespace {
 // Largest unpacked chunk: those of other writers have some MiB. One that claims more is damaged.
 constexpr std::uint64_t kLargestChunk = 1 << 26;
 
-/// Returns a chunk's records; nothing if it is damaged, or its compression is not supported.
+struct Unsupported : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Returns a chunk's records; nothing if it is damaged, or its compression is unknown. Throws Unsupported.
 std::optional<std::string_view> records_of(mcap::Parts chunk, std::string& unpacked) {
   chunk.take(2 * sizeof(std::uint64_t));
   const auto size = chunk.number<std::uint64_t>();
@@ -26,6 +33,7 @@ std::optional<std::string_view> records_of(mcap::Parts chunk, std::string& unpac
   const std::string_view compression = chunk.text();
   std::string_view records = chunk.take(chunk.number<std::uint64_t>());
   if (chunk.ended_early() || size > kLargestChunk) return std::nullopt;
+  if (compression == "lz4") throw Unsupported("has chunks compressed by lz4: only zstd is read here");
   if (compression == "zstd") {
     // The frame's own size is checked before memory is allocated.
     const auto framed = ZSTD_getFrameContentSize(records.data(), records.size());
@@ -45,7 +53,8 @@ class Reading {
  public:
   Reading(const std::filesystem::path& file, const ReceiveMessage& receive) : file_(file), receive_(receive) {}
 
-  McapReading read(std::string_view bytes) {
+  McapReading read(std::string_view bytes) try {
+    left_ = kLargestChunk + kMostUnpacked * bytes.size();
     if (!bytes.starts_with(mcap::kMagic)) throw FileError(file_, "is no MCAP recording");
     mcap::Parts parts(bytes.substr(mcap::kMagic.size()));
     while (true) {
@@ -62,6 +71,10 @@ class Reading {
         see(kind, record);
       }
     }
+  } catch (const Unsupported& error) {
+    throw FileError(file_, error.what());
+  } catch (const std::bad_alloc&) {
+    throw FileError(file_, "does not fit into memory");
   }
 
  private:
@@ -71,6 +84,10 @@ class Reading {
       ++reading_.damaged_chunks;
       return;
     }
+    if (records->size() > left_) {
+      throw FileError(file_, fmt::format("unpacks to more than {} times its size", kMostUnpacked));
+    }
+    left_ -= records->size();
     mcap::Parts parts(*records);
     while (!parts.rest().empty()) {
       const auto kind = parts.number<std::uint8_t>();
@@ -104,6 +121,7 @@ class Reading {
   McapReading reading_;
   std::map<std::uint16_t, std::string> topics_;
   std::string unpacked_;
+  std::size_t left_ = 0;  ///< Bytes that chunks may still unpack to.
 };
 
 }  // namespace

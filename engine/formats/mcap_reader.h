@@ -23,8 +23,10 @@ struct McapReading {
 
 /// Passes the messages of an MCAP file (mcap.dev, version 0) to `receive` in the order in which they were written, up
 /// to the last whole chunk, or outside of chunks the last whole message. Supports chunks without compression and with
-/// zstd. One chunk at a time is in memory. Throws FileError if the file cannot be read, is no MCAP file, or has a
-/// message of an undeclared channel; and exceptions of `receive`.
+/// zstd. One chunk at a time is in memory. Throws FileError if the file cannot be read, is no MCAP file, has a message
+/// of an undeclared channel or chunks compressed by lz4, or unpacks to more than 64 MiB and kMostUnpacked times its
+/// size; and exceptions of `receive`.
+inline constexpr std::size_t kMostUnpacked = 256;
 McapReading read_mcap(const std::filesystem::path& file, const ReceiveMessage& receive);
 
 /// Passes the messages of an MCAP file's bytes; `file` is for errors alone.

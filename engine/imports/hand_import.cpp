@@ -151,12 +151,13 @@ void add_fingertips(const BodyTree& tree, const HandRequest& request, const Fing
 }  // namespace
 
 BodyTree read_bodies(const std::filesystem::path& file) {
-  XmlElement root = read_xml(file);
+  std::size_t left = kMostXmlElements;
+  XmlElement root = read_xml(file, left);
   BodyTree tree;
   if (root.name == "robot") {
     tree = read_urdf(root);
   } else if (root.name == "mujoco") {
-    tree = read_mjcf(std::move(root), file);
+    tree = read_mjcf(std::move(root), file, left);
   } else {
     refuse(root, "is neither MJCF (<mujoco>) nor URDF (<robot>)");
   }

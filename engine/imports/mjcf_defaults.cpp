@@ -2,29 +2,43 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace thenar {
 
 namespace {
 
+constexpr std::size_t kMostElements = 10'000;  // Each has up to kMostXmlAttributes.
+
 /// Copies the attributes of `from`, which take precedence.
 void overwrite(XmlElement& element, const XmlElement& from) {
   for (const auto& [attribute, value] : from.attributes) {
-    bool known = false;
-    for (auto& [own, own_value] : element.attributes) {
-      if (own != attribute) continue;
-      own_value = value;
-      known = true;
+    const auto own = std::ranges::find(element.attributes, attribute, &std::pair<std::string, std::string>::first);
+    if (own != element.attributes.end()) {
+      own->second = value;
+      continue;
     }
-    if (!known) element.attributes.emplace_back(attribute, value);
+    if (element.attributes.size() == kMostXmlAttributes) {
+      refuse(from, fmt::format("has more than {} attributes, with those that its class or other sections give it",
+                               kMostXmlAttributes));
+    }
+    element.attributes.emplace_back(attribute, value);
   }
 }
 
 }  // namespace
 
+const XmlElement* MjcfDefaults::Class::find(const std::string& element) const {
+  for (const Class* at = this; at != nullptr; at = at->outer) {
+    if (const auto found = at->elements.find(element); found != at->elements.end()) return &found->second;
+  }
+  return nullptr;
+}
+
 MjcfDefaults::MjcfDefaults(const XmlElement& mujoco) {
   bool is_first = true;
+  int sections = 0;
   for (const XmlElement& section : mujoco.children) {
     if (section.name == "compiler") overwrite(compiler_, section);
     if (section.name != "default") continue;
@@ -33,25 +47,36 @@ MjcfDefaults::MjcfDefaults(const XmlElement& mujoco) {
     if (!is_first && name != nullptr && *name != first_) {
       refuse(section, fmt::format("the class '{}' stands in no other, and '{}' is the first", *name, first_));
     }
-    const auto known = classes_.find(first_);
-    read(section, known == classes_.end() ? Elements() : known->second, true);
+    if (++sections > kMostXmlDepth) refuse(section, fmt::format("is beyond {} sections of defaults", kMostXmlDepth));
+    const auto before = classes_.find(first_);
+    read(section, add(first_, before == classes_.end() ? nullptr : before->second));
     is_first = false;
   }
-  classes_.try_emplace(first_);
+  if (!classes_.contains(first_)) add(first_, nullptr);
 }
 
-// A class inherits from the enclosing one, and then has its own.
-void MjcfDefaults::read(const XmlElement& section, Elements elements, bool is_first) {
-  const std::string name = is_first ? first_ : section.text("class");
-  if (name.empty()) refuse(section, "a class within another one needs a name: class=...");
-  if (!is_first && classes_.contains(name)) refuse(section, fmt::format("the class '{}' is there twice", name));
+MjcfDefaults::Class& MjcfDefaults::add(const std::string& name, const Class* outer) {
+  Class& made = all_.emplace_back();
+  made.outer = outer;
+  classes_[name] = &made;
+  return made;
+}
+
+void MjcfDefaults::read(const XmlElement& section, Class& into) {
   for (const XmlElement& element : section.children) {
     if (element.name == "default") continue;
-    overwrite(elements[element.name], element);
+    if (++elements_ > kMostElements) refuse(element, fmt::format("is beyond {} elements of defaults", kMostElements));
+    const auto [own, is_new] = into.elements.try_emplace(element.name);
+    const XmlElement* const outer = is_new && into.outer != nullptr ? into.outer->find(element.name) : nullptr;
+    if (outer != nullptr) own->second = *outer;
+    overwrite(own->second, element);
   }
-  classes_[name] = elements;
   for (const XmlElement& inner : section.children) {
-    if (inner.name == "default") read(inner, elements, false);
+    if (inner.name != "default") continue;
+    const std::string name = inner.text("class");
+    if (name.empty()) refuse(inner, "a class within another one needs a name: class=...");
+    if (classes_.contains(name)) refuse(inner, fmt::format("the class '{}' is there twice", name));
+    read(inner, add(name, &into));
   }
 }
 
@@ -61,7 +86,7 @@ XmlElement MjcfDefaults::completed(const XmlElement& element, const std::string&
   const auto found = classes_.find(name);
   if (found == classes_.end()) refuse(element, fmt::format("no class is named '{}'", name));
   XmlElement whole;
-  if (const auto defaults = found->second.find(element.name); defaults != found->second.end()) whole = defaults->second;
+  if (const XmlElement* const defaults = found->second->find(element.name)) whole.attributes = defaults->attributes;
   whole.name = element.name;
   whole.place = element.place;
   overwrite(whole, element);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <list>
 #include <map>
 #include <string>
 #include <string_view>
@@ -22,10 +24,22 @@ class MjcfDefaults {
   [[nodiscard]] std::string compiler(std::string_view setting) const;
 
  private:
-  using Elements = std::map<std::string, XmlElement>;  ///< Defaults by element name.
-  void read(const XmlElement& section, Elements inherited, bool is_first);
+  /// A class, with the elements that it names; it has the others from the enclosing class, or, if it goes on in another
+  /// section, from itself as it was: classes inherit what there is where they stand.
+  struct Class {
+    std::map<std::string, XmlElement> elements;  ///< With the attributes of enclosing classes, by element name.
+    const Class* outer = nullptr;
 
-  std::map<std::string, Elements> classes_;
+    /// Returns the defaults of an element, from the innermost class that names it; null if there are none.
+    [[nodiscard]] const XmlElement* find(const std::string& element) const;
+  };
+  void read(const XmlElement& section, Class& into);
+
+  Class& add(const std::string& name, const Class* outer);
+
+  std::list<Class> all_;
+  std::map<std::string, const Class*> classes_;  ///< The newest of each name.
+  std::size_t elements_ = 0;                     ///< Of all classes.
   std::string first_ = "main";
   XmlElement compiler_;
 };

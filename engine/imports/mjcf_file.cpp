@@ -169,8 +169,8 @@ void expect_own_names(const Items& items, const char* kind) {
 
 }  // namespace
 
-BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file) {
-  include_files(mujoco, file);
+BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file, std::size_t left) {
+  include_files(mujoco, file, left);
   const MjcfDefaults defaults(mujoco);
   BodyTree tree = empty_tree();
   Reader reader{.defaults = defaults, .angles = angles_of(mujoco, defaults), .tree = tree};

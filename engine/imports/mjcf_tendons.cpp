@@ -19,16 +19,37 @@ std::string named(const XmlElement& element) {
   return name.empty() ? element.name : fmt::format("{} '{}'", element.name, name);
 }
 
-/// Returns the item that an attribute names; refuses the element if there is none.
+using Names = std::map<std::string, int>;
+
 template <typename Items>
-int item_of(const XmlElement& element, const char* attribute, const Items& items, const char* kind) {
-  const std::string name = element.text(attribute);
-  const int index = name.empty() ? -1 : index_of_name(items, name);
-  if (index < 0) refuse(element, fmt::format("no {} is named '{}'", kind, name));
-  return index;
+Names names_of(const Items& items) {
+  Names names;
+  for (std::size_t i = 0; i < items.size(); ++i) names.emplace(items[i].name, static_cast<int>(i));
+  return names;
 }
 
-TreeTendon read_spatial(const XmlElement& spatial, const BodyTree& tree) {
+/// What tendons, actuators and equalities refer to, by name.
+struct Named {
+  explicit Named(const BodyTree& tree)
+      : sites(names_of(tree.sites)), wraps(names_of(tree.wraps)), bodies(names_of(tree.bodies)) {
+    for (const TreeBody& body : tree.bodies) {
+      for (const TreeJoint& joint : body.joints) joints.emplace(joint.name, &joint);
+    }
+  }
+
+  Names sites, wraps, bodies, tendons;
+  std::map<std::string, const TreeJoint*> joints;
+};
+
+/// Returns the item that an attribute names; refuses the element if there is none.
+int item_of(const XmlElement& element, const std::string& attribute, const Names& items, const char* kind) {
+  const std::string name = element.text(attribute);
+  const auto found = items.find(name);
+  if (name.empty() || found == items.end()) refuse(element, fmt::format("no {} is named '{}'", kind, name));
+  return found->second;
+}
+
+TreeTendon read_spatial(const XmlElement& spatial, const Named& parts) {
   TreeTendon tendon{spatial.text("name"), spatial.place, {}, std::nullopt, ""};
   TreeTendonStep next;
   for (const XmlElement& part : spatial.children) {
@@ -39,10 +60,10 @@ TreeTendon read_spatial(const XmlElement& spatial, const BodyTree& tree) {
       next.share = 1.0 / divisor;
     } else if (part.name == "geom") {
       if (next.begins || next.wrap >= 0) refuse(part, "a tendon goes from a site around one geom to a site");
-      next.wrap = item_of(part, "geom", tree.wraps, "sphere or cylinder");
-      if (part.find("sidesite") != nullptr) next.side_site = item_of(part, "sidesite", tree.sites, "site");
+      next.wrap = item_of(part, "geom", parts.wraps, "sphere or cylinder");
+      if (part.find("sidesite") != nullptr) next.side_site = item_of(part, "sidesite", parts.sites, "site");
     } else if (part.name == "site") {
-      next.site = item_of(part, "site", tree.sites, "site");
+      next.site = item_of(part, "site", parts.sites, "site");
       tendon.steps.push_back(next);
       const double share = next.share;
       next = TreeTendonStep{};
@@ -81,17 +102,18 @@ std::optional<double> pull_N(const XmlElement& actuator) {
   return pull > 0.0 ? std::optional(pull) : std::nullopt;
 }
 
-void read_actuator(const XmlElement& actuator, BodyTree& tree, std::map<std::string, int>& left_out) {
+void read_actuator(const XmlElement& actuator, const Named& parts, BodyTree& tree,
+                   std::map<std::string, int>& left_out) {
   if (actuator.find("tendon") == nullptr) {
     ++left_out[actuator.name];
     return;
   }
-  const int index = index_of_name(tree.tendons, actuator.text("tendon"));
-  if (index < 0) {  // of a fixed one, which is a coupling, or of none
+  const auto found = parts.tendons.find(actuator.text("tendon"));
+  if (found == parts.tendons.end()) {  // of a fixed one, which is a coupling, or of none
     ++left_out[actuator.name];
     return;
   }
-  TreeTendon& tendon = tree.tendons[index];
+  TreeTendon& tendon = tree.tendons[found->second];
   const double before = tendon.max_force_N.value_or(0.0);
   constexpr double kSomeForce_N = 100.0;
   const std::optional<double> pull = pull_N(actuator);
@@ -104,17 +126,15 @@ void read_actuator(const XmlElement& actuator, BodyTree& tree, std::map<std::str
 }
 
 /// Returns the body that an attribute names, or that its site is on; the world if it is missing.
-int body_of(const XmlElement& element, const std::string& number, const BodyTree& tree) {
+int body_of(const XmlElement& element, const std::string& number, const Named& parts, const BodyTree& tree) {
   const std::string body = "body" + number, site = "site" + number;
-  if (element.find(site) != nullptr) return tree.sites[item_of(element, site.c_str(), tree.sites, "site")].body;
-  return element.find(body) == nullptr ? 0 : item_of(element, body.c_str(), tree.bodies, "body");
+  if (element.find(site) != nullptr) return tree.sites[item_of(element, site, parts.sites, "site")].body;
+  return element.find(body) == nullptr ? 0 : item_of(element, body, parts.bodies, "body");
 }
 
-const TreeJoint* joint_named(const BodyTree& tree, const std::string& name) {
-  for (const TreeBody& body : tree.bodies) {
-    if (const int joint = index_of_name(body.joints, name); joint >= 0) return &body.joints[joint];
-  }
-  return nullptr;
+const TreeJoint* joint_named(const Named& parts, const std::string& name) {
+  const auto found = parts.joints.find(name);
+  return found == parts.joints.end() ? nullptr : found->second;
 }
 
 [[noreturn]] void refuse_joint(const XmlElement& equality, const std::string& name, const BodyTree& tree) {
@@ -123,12 +143,13 @@ const TreeJoint* joint_named(const BodyTree& tree, const std::string& name) {
 
 /// Reads a coupling: with the references y_0 and x_0 of its joints, y - y_0 = a_0 + a_1 (x - x_0) + a_2 (x - x_0)^2 +
 /// ...
-TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& what, const BodyTree& tree) {
+TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& what, const Named& parts,
+                                 const BodyTree& tree) {
   TreeCoupling coupling{what, equality.place, {equality.text("joint1")}};
   std::vector<double> a{0.0, 1.0, 0.0, 0.0, 0.0};
   const auto given = numbers(equality, "polycoef", 1, 5);
   if (given) std::copy(given->begin(), given->end(), a.begin());
-  const TreeJoint* const one = joint_named(tree, coupling.joints[0]);
+  const TreeJoint* const one = joint_named(parts, coupling.joints[0]);
   if (one == nullptr) refuse_joint(equality, coupling.joints[0], tree);
   const bool holds =
       equality.find("joint2") == nullptr || std::all_of(a.begin() + 1, a.end(), [](double x) { return x == 0.0; });
@@ -138,7 +159,7 @@ TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& 
                                  180.0 / std::numbers::pi * (one->reference + a[0]));
     return coupling;
   }
-  const TreeJoint* const other = joint_named(tree, coupling.joints[1]);
+  const TreeJoint* const other = joint_named(parts, coupling.joints[1]);
   if (other == nullptr) refuse_joint(equality, coupling.joints[1], tree);
   if (a[2] != 0.0 || a[3] != 0.0 || a[4] != 0.0) {
     coupling.fault = "by a polynomial, and a joint follows another one by a multiple of its angle";
@@ -148,13 +169,14 @@ TreeCoupling read_joint_equality(const XmlElement& equality, const std::string& 
   return coupling;
 }
 
-void read_equality(const XmlElement& equality, BodyTree& tree) {
+void read_equality(const XmlElement& equality, const Named& parts, BodyTree& tree) {
   if (equality.text("active") == "false") return;
   const std::string what = fmt::format("equality {}", named(equality));
   if (equality.name == "connect" || equality.name == "weld") {
-    tree.loops.push_back({what, equality.place, {body_of(equality, "1", tree), body_of(equality, "2", tree)}});
+    tree.loops.push_back(
+        {what, equality.place, {body_of(equality, "1", parts, tree), body_of(equality, "2", parts, tree)}});
   } else if (equality.name == "joint") {
-    tree.couplings.push_back(read_joint_equality(equality, what, tree));
+    tree.couplings.push_back(read_joint_equality(equality, what, parts, tree));
   } else if (equality.name == "tendon") {
     tree.notes.push_back(what + " is left out");
   }
@@ -170,23 +192,24 @@ void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree&
       for (const XmlElement& child : element.children) read(child);
     }
   };
+  Named parts(tree);
   each("tendon", [&](const XmlElement& tendon) {
     if (tendon.name == "spatial") {
-      if (!tendon.text("name").empty() && index_of_name(tree.tendons, tendon.text("name")) >= 0) {
-        refuse(tendon, "is there twice");
-      }
-      tree.tendons.push_back(read_spatial(tendon, tree));
+      const bool is_new = parts.tendons.emplace(tendon.text("name"), static_cast<int>(tree.tendons.size())).second;
+      if (!is_new && !tendon.text("name").empty()) refuse(tendon, "is there twice");
+      tree.tendons.push_back(read_spatial(tendon, parts));
     } else if (tendon.name == "fixed") {
       tree.couplings.push_back(read_fixed(tendon));
     }
   });
   std::map<std::string, int> left_out;
-  each("actuator", [&](const XmlElement& element) { read_actuator(defaults.completed(element, ""), tree, left_out); });
+  each("actuator",
+       [&](const XmlElement& element) { read_actuator(defaults.completed(element, ""), parts, tree, left_out); });
   for (const auto& [kind, number] : left_out) {
     tree.notes.push_back(fmt::format("{} of joints left out: joints are driven by torques or muscles",
                                      counted(number, kind + " actuator")));
   }
-  each("equality", [&](const XmlElement& element) { read_equality(defaults.completed(element, ""), tree); });
+  each("equality", [&](const XmlElement& element) { read_equality(defaults.completed(element, ""), parts, tree); });
 }
 
 }  // namespace thenar

@@ -19,7 +19,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kMostDeep = 200;
 constexpr double kMostNumber = 1e6;
 
 std::string place_at(const std::filesystem::path& file, std::string_view text, std::ptrdiff_t offset) {
@@ -49,20 +48,25 @@ class LineCounter {
   std::ptrdiff_t line_ = 1;
 };
 
-XmlElement converted(const pugi::xml_node& node, LineCounter& lines, int depth) {
+XmlElement converted(const pugi::xml_node& node, LineCounter& lines, int depth, std::size_t& left) {
   XmlElement element;
   element.name = node.name();
   element.place = lines.place(node.offset_debug());
-  if (depth > kMostDeep) refuse(element, fmt::format("is more than {} elements deep", kMostDeep));
+  if (depth > kMostXmlDepth) refuse(element, fmt::format("is more than {} elements deep", kMostXmlDepth));
+  if (left == 0) refuse(element, fmt::format("is beyond {} elements", kMostXmlElements));
+  --left;
   for (const pugi::xml_attribute& attribute : node.attributes()) {
     if (element.find(attribute.name()) != nullptr) refuse(element, fmt::format("names {} twice", attribute.name()));
+    if (element.attributes.size() == kMostXmlAttributes) {
+      refuse(element, fmt::format("has more than {} attributes", kMostXmlAttributes));
+    }
     element.attributes.emplace_back(attribute.name(), attribute.value());
     if (first_unprintable(attribute.value()) != std::string_view::npos) {
       refuse(element, fmt::format("{}: '{}' is no line of printable UTF-8", attribute.name(), attribute.value()));
     }
   }
   for (const pugi::xml_node& child : node.children()) {
-    if (child.type() == pugi::node_element) element.children.push_back(converted(child, lines, depth + 1));
+    if (child.type() == pugi::node_element) element.children.push_back(converted(child, lines, depth + 1, left));
   }
   return element;
 }
@@ -84,7 +88,7 @@ const XmlElement* XmlElement::child(std::string_view child_name) const {
   return found == children.end() ? nullptr : &*found;
 }
 
-XmlElement read_xml(const std::filesystem::path& file) {
+XmlElement read_xml(const std::filesystem::path& file, std::size_t& left) try {
   const std::string text = read_file(file);
   pugi::xml_document document;
   const pugi::xml_parse_result result =
@@ -95,7 +99,9 @@ XmlElement read_xml(const std::filesystem::path& file) {
                         fmt::format("is no XML: {}", printable(result.description()))}});
   }
   LineCounter lines(file, text);
-  return converted(document.document_element(), lines, 0);
+  return converted(document.document_element(), lines, 0, left);
+} catch (const std::bad_alloc&) {
+  throw ReadError(file, "does not fit into memory");
 }
 
 void refuse(const XmlElement& element, std::string_view what) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -27,9 +28,14 @@ struct XmlElement {
   [[nodiscard]] const XmlElement* child(std::string_view name) const;
 };
 
-/// Reads an XML file in UTF-8 and returns its root. The file is untrusted: it is read up to a depth of 200. Throws
-/// ReadError if there is no such file, and ConfigError with the line if it is no XML.
-[[nodiscard]] XmlElement read_xml(const std::filesystem::path& file);
+/// Bounds of what is read of untrusted files. Elements: of a file with all that it includes.
+inline constexpr int kMostXmlDepth = 200;
+inline constexpr std::size_t kMostXmlElements = 500'000, kMostXmlAttributes = 100;
+
+/// Reads an XML file in UTF-8 and returns its root. The file is untrusted: elements beyond a depth of kMostXmlDepth,
+/// `left` elements, from which it takes those that it reads, or kMostXmlAttributes attributes of one are refused.
+/// Throws ReadError if there is no such file or memory, and ConfigError with the line if it is no XML.
+[[nodiscard]] XmlElement read_xml(const std::filesystem::path& file, std::size_t& left);
 
 /// Throws ConfigError: "file:line: joint 'name': what".
 [[noreturn]] void refuse(const XmlElement& element, std::string_view what);

@@ -156,9 +156,10 @@ ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>
 } catch (const std::invalid_argument& error) {  // the cloud stands for no surface
   if (const auto* scan = std::get_if<CloudShape>(&scene.object.shape)) throw FileError(scan->file, error.what());
   throw ConfigError(
-      {{scene.name, "object.points",
-        "are too few for the thinnest part of object.shape, or the shape is no solid: its samples make no "
-        "surface"}});
+      {{scene.name, "object.shape",
+        fmt::format("the {} samples of object.points make no surface: they are too few for its thinnest part, or for "
+                    "its size, or the shape is no solid",
+                    scene.object.points)}});
 }
 
 bool have_same_surface(const Scene& one, const Scene& other) {

@@ -31,7 +31,7 @@ void check_room(const Scene& scene, const std::shared_ptr<const SampledSolid>& s
                 at(overlap->deepest), at(*overlap->against), 1e3 * overlap->depth_m)
           : fmt::format("the object lies {:.3g} mm deep in {}: move one of them", 1e3 * overlap->depth_m,
                         at(overlap->deepest));
-  throw ConfigError({{scene.environment->place, "environment", fault}});
+  throw ConfigError({{scene.environment->place, fmt::format("environment.bodies[{}]", overlap->deepest.body), fault}});
 }
 
 }  // namespace thenar

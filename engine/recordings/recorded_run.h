@@ -52,8 +52,10 @@ struct WantedOfRun {
 };
 
 /// Reads a recording, also one that was cut off, or made by versions before. Where it goes on with a scene whose states
-/// have a field in another size, as with other fingertips, that field is NaN from there on. Throws FileError if it is
-/// no recording, has no scene, or one that cannot be read.
+/// have a field in another size, as with other fingertips, that field is NaN from there on. The file is untrusted:
+/// memory is in proportion to what it unpacks to, see read_mcap(), and names of fields are words, those of fingers,
+/// joints, muscles and bodies printable. Throws FileError if it is no recording, has no scene, or one that cannot be
+/// read, or if it does not fit into memory.
 [[nodiscard]] RecordedRun read_recording(const std::filesystem::path& file, const WantedOfRun& wanted = {});
 
 }  // namespace thenar

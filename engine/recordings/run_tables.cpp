@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
 #include "engine/formats/files.h"
 #include "engine/formats/npz_file.h"
 #include "engine/formats/text.h"
+#include "engine/results/tick_fields.h"
 
 namespace thenar {
 
@@ -94,6 +96,15 @@ std::string run_csv(const RecordedRun& run) {
 }
 
 std::string run_npz(const RecordedRun& run, const std::filesystem::path& file) {
+  std::set<std::string> names;
+  for (const Field& field : run.contact_fields) names.insert("contact_" + field.name);
+  for (const Field& field : run.fields) {
+    // Those of states may be any words.
+    const bool is_own = field.name.starts_with("tick_contact_") || field.name.ends_with("_names");
+    if (names.contains(field.name) || (is_own && tick_field(field.name) == nullptr)) {
+      throw FileError(file, fmt::format("would have two arrays of the name '{}'", field.name));
+    }
+  }
   NpzArchive archive;
   add_columns("", run.states(), run.fields, archive);
   add_columns("contact_", run.contacts(), run.contact_fields, archive);

@@ -34,6 +34,9 @@ constexpr double kNoticedShare = 0.01;
 // Of the energy that drives bodies and is stored: what no reader of a ledger would pass over.
 constexpr double kInjectedShare = 0.01, kNoticed_J = 1e-6;
 
+// What is left of a balance that the solver's tolerance closes.
+constexpr double kUnbalancedShare = 1e-3;
+
 // Patches are told where more than half of them is Hertz's, or a paraboloid's; of a light touch all are narrow.
 constexpr double kNoticedSmall = 0.5, kNoticed_N = 0.1;
 constexpr const char* kNarrowPatch =
@@ -137,6 +140,7 @@ void Warnings::Injected::add(const TickRecord& tick) {
   driven_J += std::abs(ledger.drive_J);
   stored_J = std::max(stored_J, ledger.stored_J);
   all_J += ledger.injected_J;
+  unbalanced_J += ledger.unbalanced_J();
   for (std::size_t k = 0; k < tick.contact.injected_J.size(); ++k) fingers_J[k] += tick.contact.injected_J[k];
   const double share = all_J / (driven_J + stored_J);
   if (all_J > kNoticed_J && share > kInjectedShare) beyond.add(tick.time_s, share);
@@ -179,6 +183,18 @@ std::string Warnings::injected_in_words() const {
       1e3 * injected_.all_J, where, beyond.since_s, 100.0 * kInjectedShare, 100.0 * beyond.worst, beyond.worst_s);
 }
 
+std::string Warnings::balance_in_words() const {
+  const double all_J = injected_.driven_J + injected_.stored_J, missing_J = std::abs(injected_.unbalanced_J);
+  if (!std::isfinite(all_J) || !std::isfinite(missing_J)) {
+    return "energies are not finite: forces or motions are beyond all that the model is good for";
+  }
+  if (!(missing_J > kNoticed_J && missing_J > kUnbalancedShare * all_J)) return {};
+  return fmt::format(
+      "the energy balance does not close: {:.3g} mJ are missing, {:.2g} % of what drives bodies and is stored. A "
+      "shorter time.step, more of contact.max_sweeps or softer springs would serve",
+      1e3 * missing_J, 100.0 * missing_J / all_J);
+}
+
 std::vector<std::string> Warnings::sentences() const {
   std::vector<std::string> all;
   if (const std::string friction = friction_warning(model_.scene); !friction.empty()) all.push_back(friction);
@@ -213,6 +229,7 @@ std::vector<std::string> Warnings::sentences() const {
     }
   }
   if (injected_.beyond.ticks > 0) all.push_back(injected_in_words());
+  if (const std::string balance = balance_in_words(); !balance.empty()) all.push_back(balance);
   if (yielded_.ticks > 0) {
     all.push_back(fibre_warning(model_.scene, worst_, yield_, yielded_.since_s, yielded_.worst_s));
   }

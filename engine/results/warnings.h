@@ -23,6 +23,7 @@ inline constexpr double kHalfSpaceShare = 0.5;
 /// Small things A finger's patch is narrower than its control points are apart, or what it presses is deeper than it is
 ///              wide, so that the pulp would close around it: there is no bone in it.
 /// Energy       Contacts have pushed bodies on, from nowhere, by more than 1 % of the energy that moves and is stored.
+/// Balance      Energies do not add up, by more than 0.1 % of the same.
 /// Stops        A joint rests on an end of its range, and the stop there bears load.
 /// Fibres       A muscle's fibres are strained beyond the range of their short-range stiffness, and yield.
 class Warnings {
@@ -48,6 +49,8 @@ class Warnings {
 
  private:
   [[nodiscard]] std::string injected_in_words() const;
+  /// Returns an empty text if energies add up.
+  [[nodiscard]] std::string balance_in_words() const;
 
   /// Ticks of a finger in which something was beyond its bound.
   struct Beyond {
@@ -62,6 +65,7 @@ class Warnings {
     double driven_J = 0.0;  ///< Sum of |work| of the drive, tick by tick.
     double stored_J = 0.0;  ///< Largest stored energy.
     double all_J = 0.0;     ///< Injected so far.
+    double unbalanced_J = 0.0;
     PerFinger<double> fingers_J;
     Beyond beyond;  ///< Value: its share.
 

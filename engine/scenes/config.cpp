@@ -30,6 +30,7 @@ struct ConfigState {
   std::vector<std::unique_ptr<YamlNode>> defaults;  ///< Those that were taken, as if the file had them.
   std::vector<YamlFault> faults;
   std::vector<std::string> defaults_used;
+  int unknown_keys = 0;
 
   void report(const Place& place, std::string key, std::string message) {
     faults.push_back({place, std::move(key), std::move(message)});
@@ -179,13 +180,17 @@ void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const s
     state.report(entry.place, path, "in a file each name stands below the one before it, without dots");
     return;
   }
-  std::string meant(nearest_key(state.keys, in_table));
+  // A file of another kind has thousands: no slips.
+  constexpr int kMostSlips = 50;
+  std::string meant;
+  if (++state.unknown_keys <= kMostSlips) meant = nearest_key(state.keys, in_table);
   // Of the same map, which may be a list's item.
   if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
   const bool lists = meant.empty() && !map.empty() && !names.empty();
   const std::string others = lists ? "; known here: " + join(names, ", ") : "";
   state.report(entry.place, path, "unknown key" + did_you_mean(meant) + others);
   // A key that is only misspelt is not missing besides.
+  if (meant.empty()) return;
   std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
 }
 
@@ -201,17 +206,6 @@ void report_unused_keys(ConfigState& state, const YamlNode& node, const std::str
   }
 }
 
-std::string lines(const std::vector<ConfigDiagnostic>& diagnostics) {
-  std::string text;
-  for (const ConfigDiagnostic& d : diagnostics) {
-    if (!text.empty()) text += '\n';
-    // "--set key" and "--vary key" have said it.
-    const bool told = d.key.empty() || (d.location.starts_with("--") && d.location.ends_with(" " + d.key));
-    text += d.location + ": " + (told ? "" : d.key + ": ") + d.message;
-  }
-  return text;
-}
-
 }  // namespace
 
 void ConfigState::throw_if_faulty() {
@@ -223,19 +217,15 @@ void ConfigState::throw_if_faulty() {
     const auto& [place, key, message] = faults[i];
     // What two readers found is one fault.
     if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
-    // Messages quote the file, whatever it holds.
-    diagnostics.push_back({printable(location(place)), printable(key), printable(message)});
+    diagnostics.push_back({location(place), key, message});
   }
-  throw ConfigError(std::move(diagnostics));
+  throw ConfigError(diagnostics);
 }
 
 std::string ConfigState::location(const Place& place) const {
   if (place.source > 0) return "--set " + override_keys[place.source - 1];
   return fmt::format("{}:{}:{}", file.string(), place.line, place.column);
 }
-
-ConfigError::ConfigError(std::vector<ConfigDiagnostic> diagnostics)
-    : std::runtime_error(lines(diagnostics)), diagnostics_(std::move(diagnostics)) {}
 
 Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides,
                const std::optional<std::string>& text)

@@ -34,7 +34,7 @@ struct ConfigDiagnostic {
 ///     configs/box_grasp.yaml:14:14: contact.band: -0.3 mm must be greater than zero
 class ConfigError : public std::runtime_error {
  public:
-  explicit ConfigError(std::vector<ConfigDiagnostic> diagnostics);
+  explicit ConfigError(const std::vector<ConfigDiagnostic>& diagnostics);
   [[nodiscard]] const std::vector<ConfigDiagnostic>& diagnostics() const noexcept { return diagnostics_; }
 
  private:

@@ -19,7 +19,9 @@ constexpr double kMaxSteps = 1e7, kMaxStepsAPeriod = 1e4, kMaxPeriodsLate = 100.
 constexpr double kRounding = 1e-9;  // Of a ratio of two times.
 
 void check_time(Visitor& v, const Scene& scene) {
-  if (scene.duration_s / scene.step_s > kMaxSteps) v.refuse("step", "makes more than 10 million steps");
+  if (scene.duration_s / scene.step_s > kMaxSteps) {
+    v.refuse("duration", "makes more than 10 million steps of time.step");
+  }
   if (!v.is_refused("step")) {
     const double steps = scene.control_period_s / scene.step_s;
     if (steps < 1.0 - kRounding) v.refuse("control_period", "must not be shorter than time.step");

@@ -95,13 +95,15 @@ Range range_of(const Key& key) {
   const std::string_view text = key.kind == kChoice ? "" : split(key.range, " | ").front();
   const std::vector<std::string_view> ends = split(text, " .. ");
   Range range;
-  if (ends.size() == 2) {
-    range.least_text = ends[0];
-    range.most_text = ends[1];
-  } else if (!text.empty()) {
-    range.open = text.starts_with("> ");
-    if (!range.open && !text.starts_with(">= ")) throw std::logic_error(fmt::format("range of {}", key.path));
-    range.least_text = text.substr(range.open ? 2 : 3);
+  if (!text.empty()) range.least_text = ends.front();
+  if (ends.size() == 2) range.most_text = ends[1];
+  range.open = range.least_text.starts_with("> ");
+  const bool is_behind = range.open || range.least_text.starts_with(">= ");
+  if (is_behind) range.least_text.remove_prefix(range.open ? 2 : 3);
+  if (!text.empty() && !is_behind && ends.size() < 2) throw std::logic_error(fmt::format("range of {}", key.path));
+  if (key.kind == kQuantity || key.kind == kQuantities) {
+    if (range.least_text.empty()) range.least_text = least_of(key.dimension);
+    if (range.most_text.empty()) range.most_text = most_of(key.dimension);
   }
   if (!range.least_text.empty()) range.least = bound(key, range.least_text);
   if (!range.most_text.empty()) range.most = bound(key, range.most_text);
@@ -119,7 +121,8 @@ std::string range_fault(const Key& key, double value, std::string_view text) {
   if (range.open && value <= range.least) {
     return fmt::format("{} must be greater than {}", text, range.least == 0.0 ? "zero" : range.least_text);
   }
-  if (range.most_text.empty() && range.least == 0.0 && value < 0.0) return fmt::format("{} must not be negative", text);
+  if (key.range.starts_with(">= ") && range.least == 0.0 && value < 0.0)
+    return fmt::format("{} must not be negative", text);
   if (value < range.least) return fmt::format("{} must be at least {}", text, range.least_text);
   if (value > range.most) return fmt::format("{} must be at most {}", text, range.most_text);
   return "";

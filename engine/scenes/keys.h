@@ -46,8 +46,9 @@ struct Key {
   std::string path;  ///< As "contact.friction"; in lists of maps without the number: "joints.name".
   KeyKind kind;
   Dimension dimension;
-  /// Allowed values. Numbers: "> 0", ">= 1 kPa" or "0 .. 10 mm", ends included, a bare 0 in any unit; then, each
-  /// behind a bar, the words that may stand for a number: "> 0 | auto". Maps: the words that may stand for one, each
+  /// Allowed values. Numbers: "> 0", ">= 1 kPa", "0 .. 10 mm" or "> 0 .. 10", ends included but for one behind ">", a
+  /// bare 0 in any unit; where an end is missing it is that of the dimension. Then, each behind a bar, the words that
+  /// may stand for a number: "> 0 | auto". Maps: the words that may stand for one, each
   /// behind a bar; choices: the words alone. Empty: all that the kind allows.
   std::string_view range;
   /// Default without the key: a value, which is then read, or a sentence in brackets. Empty: the key must be there.
@@ -79,7 +80,7 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 /// Returns true if every map that may hold the key must hold it.
 [[nodiscard]] bool is_required(Keys keys, const Key& key);
 
-/// Bounds in SI and as written; an empty text is no bound.
+/// Bounds in SI and as written. Only keys that are no numbers have none.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();

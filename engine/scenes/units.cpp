@@ -22,33 +22,34 @@ struct Unit {
 struct Units {
   std::string_view name;
   std::vector<Unit> units;
+  std::string_view least, most;
 };
 
 const Units& units_of(Dimension dimension) {
   // In the order of Dimension.
   static const std::array<Units, 22> kTable = {{
-      {"a plain number", {}},
-      {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}},
-      {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
-      {"a mass", {{"kg"}, {"g", 1, 1e3}}},
-      {"a force", {{"N"}, {"mN", 1, 1e3}}},
-      {"a torque", {{"N*m"}, {"N*mm", 1, 1e3}}},
-      {"an angle", {{"rad"}, {"deg", std::numbers::pi, 180}}},
-      {"an acceleration", {{"m/s^2"}}},
-      {"a pressure", {{"Pa"}, {"kPa", 1e3}, {"MPa", 1e6}}},
-      {"a stiffness", {{"N/m"}, {"N/mm", 1e3}}},
-      {"a rotational stiffness", {{"N*m/rad"}}},
-      {"a damping", {{"N*s/m"}}},
-      {"a rotational damping", {{"N*m*s"}, {"N*m*s/rad"}}},
-      {"an integral gain", {{"N/(m*s)"}}},
-      {"a rotational integral gain", {{"N*m/(rad*s)"}}},
-      {"a frequency", {{"Hz"}, {"kHz", 1e3}}},
-      {"a value per force", {{"1/N"}}},
-      {"a share", {{"%", 1, 100}}},
-      {"a rate of force", {{"N/s"}}},
-      {"a rate", {{"1/s"}}},
-      {"a compliance", {{"m/N"}, {"um/N", 1, 1e6}, {"nm/N", 1, 1e9}}},
-      {"a speed", {{"m/s"}, {"mm/s", 1, 1e3}}},
+      {"a plain number", {}, "-1e9", "1e9"},
+      {"a length", {{"m"}, {"cm", 1, 100}, {"mm", 1, 1e3}, {"um", 1, 1e6}}, "-1e3 m", "1e3 m"},
+      {"a time", {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}}, "-1e9 s", "1e9 s"},
+      {"a mass", {{"kg"}, {"g", 1, 1e3}}, "-1e4 kg", "1e4 kg"},
+      {"a force", {{"N"}, {"mN", 1, 1e3}}, "-1e5 N", "1e5 N"},
+      {"a torque", {{"N*m"}, {"N*mm", 1, 1e3}}, "-1e4 N*m", "1e4 N*m"},
+      {"an angle", {{"rad"}, {"deg", std::numbers::pi, 180}}, "-1e4 rad", "1e4 rad"},
+      {"an acceleration", {{"m/s^2"}}, "-1e4 m/s^2", "1e4 m/s^2"},
+      {"a pressure", {{"Pa"}, {"kPa", 1e3}, {"MPa", 1e6}}, "-1e13 Pa", "1e13 Pa"},
+      {"a stiffness", {{"N/m"}, {"N/mm", 1e3}}, "-1e9 N/m", "1e9 N/m"},
+      {"a rotational stiffness", {{"N*m/rad"}}, "-1e7 N*m/rad", "1e7 N*m/rad"},
+      {"a damping", {{"N*s/m"}}, "-1e7 N*s/m", "1e7 N*s/m"},
+      {"a rotational damping", {{"N*m*s"}, {"N*m*s/rad"}}, "-1e5 N*m*s", "1e5 N*m*s"},
+      {"an integral gain", {{"N/(m*s)"}}, "-1e9 N/(m*s)", "1e9 N/(m*s)"},
+      {"a rotational integral gain", {{"N*m/(rad*s)"}}, "-1e7 N*m/(rad*s)", "1e7 N*m/(rad*s)"},
+      {"a frequency", {{"Hz"}, {"kHz", 1e3}}, "-1e9 Hz", "1e9 Hz"},
+      {"a value per force", {{"1/N"}}, "-1e6 1/N", "1e6 1/N"},
+      {"a share", {{"%", 1, 100}}, "-1e6 %", "1e6 %"},
+      {"a rate of force", {{"N/s"}}, "-1e10 N/s", "1e10 N/s"},
+      {"a rate", {{"1/s"}}, "-1e6 1/s", "1e6 1/s"},
+      {"a compliance", {{"m/N"}, {"um/N", 1, 1e6}, {"nm/N", 1, 1e9}}, "-1e3 m/N", "1e3 m/N"},
+      {"a speed", {{"m/s"}, {"mm/s", 1, 1e3}}, "-1e4 m/s", "1e4 m/s"},
   }};
   return kTable[static_cast<std::size_t>(dimension)];
 }
@@ -104,6 +105,9 @@ Quantity read_quantity(std::string_view text, Dimension dimension) {
   }
   return {0.0, shown + " is not " + std::string(known.name) + ": " + use};
 }
+
+std::string_view least_of(Dimension dimension) { return units_of(dimension).least; }
+std::string_view most_of(Dimension dimension) { return units_of(dimension).most; }
 
 std::string_view name_of(Dimension dimension) { return units_of(dimension).name; }
 

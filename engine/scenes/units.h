@@ -53,6 +53,11 @@ struct Quantity {
 /// The dimension's units in words: "m, cm, mm or um"; empty for a plain number.
 [[nodiscard]] std::string unit_names(Dimension dimension);
 
+/// The ends of the numbers of a dimension that a file may have, as text: "-1e5 N" and "1e5 N". Far beyond what any hand
+/// needs, they are where sums and products of such numbers still have their digits.
+[[nodiscard]] std::string_view least_of(Dimension dimension);
+[[nodiscard]] std::string_view most_of(Dimension dimension);
+
 /// An SI value with its unit, in the fewest digits that read back the same.
 [[nodiscard]] std::string to_text(double value, Dimension dimension);
 /// Several: "[1 m, 2 m]".

@@ -7,6 +7,7 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
+#include <map>
 #include <sstream>
 #include <utility>
 
@@ -106,14 +107,15 @@ void report_text(const std::string& text, const Place& place, const std::string&
 void report_faults(const YamlNode& node, const std::string& path, std::vector<YamlFault>& faults) {
   report_text(node.text, node.place, path, faults);
   for (std::size_t i = 0; i < node.items.size(); ++i) report_faults(*node.items[i], item_path(path, i), faults);
-  for (auto entry = node.entries.begin(); entry != node.entries.end(); ++entry) {
-    const std::string entry_path = key_path(path, entry->key);
-    report_text(entry->key, entry->place, entry_path, faults);
-    const auto first = std::find_if(node.entries.begin(), entry, [&](const auto& e) { return e.key == entry->key; });
-    if (first != entry) {
-      faults.push_back({entry->place, entry_path, fmt::format("this key is already in line {}", first->place.line)});
+  std::map<std::string_view, int> lines;
+  for (const YamlNode::Entry& entry : node.entries) {
+    const std::string entry_path = key_path(path, entry.key);
+    report_text(entry.key, entry.place, entry_path, faults);
+    const auto [first, is_new] = lines.emplace(entry.key, entry.place.line);
+    if (!is_new) {
+      faults.push_back({entry.place, entry_path, fmt::format("this key is already in line {}", first->second)});
     }
-    report_faults(*entry->value, entry_path, faults);
+    report_faults(*entry.value, entry_path, faults);
   }
 }
 

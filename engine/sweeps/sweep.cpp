@@ -251,7 +251,7 @@ Scene first_scene(const SweepPlan& plan) {
     const auto is_its = [&](const Variation& variation) { return fault.location == "--set " + variation.key; };
     if (std::ranges::any_of(plan.vary, is_its)) fault.location.replace(0, 5, "--vary");
   }
-  throw ConfigError(std::move(faults));
+  throw ConfigError(faults);
 }
 
 SweepRow sweep_row(const Model& model, const Recording& recording) {

@@ -106,6 +106,79 @@ TEST(Program, InterruptedItKeepsItsResults) {
   }
 }
 
+// A stream that the program is started without must not be a file of its own: what is said there would go into that.
+TEST(Program, NeedsNoStandardStream) {
+  const fs::path folder = scratch(), film = folder / "film.mcap", picture = folder / "hand.png";
+  const std::string run = "run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --record " + film.string();
+  for (const char* closed : {"<&-", "2>&-", ">&-", "<&- >&- 2>&-"}) {
+    const Outcome outcome = thenar_program(run + " " + closed + " 9>&1; echo $?", "exec 9>&1; ");
+    EXPECT_EQ(outcome.text.find("3\n"), std::string::npos) << closed << outcome.text;
+    const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "a.csv").string());
+    EXPECT_EQ(exported.code, 0) << closed << exported.text;
+    EXPECT_EQ(exported.text, "") << closed;
+    fs::remove(film);
+  }
+  for (const char* closed : {"2>&-", ">&-"}) {
+    fs::remove(picture);
+    (void)thenar_program("hand " + config("hand.yaml") + " --out " + picture.string() + " " + closed, "timeout 60 ");
+    EXPECT_EQ(read(picture).substr(1, 3), "PNG") << closed;
+  }
+}
+
+/// A gnuplot that says when it has begun, and takes its time: half of a figure, then the other half.
+void write_slow_gnuplot(const fs::path& folder) {
+  std::ofstream(folder / "gnuplot") << "#!/bin/sh\nprintf '<svg>'\ntouch " << (folder / "begun").string()
+                                    << "\nsleep 0.2\nprintf '</svg>'\n";
+  fs::permissions(folder / "gnuplot", fs::perms::owner_all);
+}
+
+TEST(Program, ASignalCutsNoFigure) {
+  for (const char* signal : {"INT", "TERM", "HUP"}) {
+    const fs::path folder = scratch(), out = folder / "out";
+    write_slow_gnuplot(folder);
+    const Outcome run =
+        thenar_program("run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --out " + out.string() +
+                           " & pid=$!; while [ ! -e " + (folder / "begun").string() +
+                           " ] && kill -0 $pid; do sleep 0.01; done; kill -" + signal + " $pid; wait $pid",
+                       "exec 2>&1; PATH=" + folder.string() + ":$PATH env --default-signal=INT ");
+    EXPECT_EQ(run.code, 130) << run.text;
+    for (const char* figure : {"path.svg", "forces.svg", "grip.svg"}) {
+      EXPECT_EQ(read(out / figure), "<svg></svg>") << figure;
+    }
+  }
+}
+
+TEST(Program, APipeThatNobodyReadsIsRefused) {
+  const fs::path pipe = scratch() / "pipe";
+  ASSERT_EQ(std::system(("mkfifo " + pipe.string()).c_str()), 0);
+  const std::string run = "run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --record " + pipe.string();
+  const Outcome refused = thenar_program(run, "timeout 60 ");
+  EXPECT_EQ(refused.code, 3) << refused.text;
+  EXPECT_NE(refused.text.find("nobody reads this pipe"), std::string::npos) << refused.text;
+  const Outcome gone = thenar_program(run, "head -c 100 " + pipe.string() + " > /dev/null & timeout 60 ");
+  EXPECT_EQ(gone.code, 3) << gone.text;
+  EXPECT_NE(gone.text.find("could not be written in full"), std::string::npos) << gone.text;
+}
+
+TEST(Program, SmallStacksAreRefusedByName) {
+  for (const char* kilobytes : {"64", "128"}) {
+    for (const std::string& arguments : {std::string("keys"), "check " + config("minimal.yaml")}) {
+      const Outcome run = thenar_program(arguments, std::string("ulimit -s ") + kilobytes + "; ");
+      EXPECT_EQ(run.code, 2) << arguments << run.text;
+      EXPECT_NE(run.text.find("ulimit -s"), std::string::npos) << run.text;
+    }
+  }
+}
+
+TEST(Program, NamesOfFoldersAreNoOrders) {
+  const fs::path folder = scratch() / "a\nb\x1b[2J";
+  const Outcome run =
+      thenar_program("run " + config("minimal.yaml") + kSoon + "--time 50ms --out '" + folder.string() + "'");
+  EXPECT_EQ(run.code, 0) << run.text;
+  EXPECT_EQ(run.text.find('\x1b'), std::string::npos) << run.text;
+  EXPECT_NE(read(folder / "path.svg").find("</svg>"), std::string::npos);
+}
+
 // gnuplot does not look whether a disk is full.
 TEST(Program, AFigureIsWholeOrMissing) {
   const fs::path folder = scratch(), whole = folder / "whole", disk = folder / "disk";

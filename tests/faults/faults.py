@@ -4,12 +4,14 @@
 faults.py THENAR LIBRARY [--seconds S] [--seed N] [--out FOLDER]
 
 Faults: calls that fail (LIBRARY, of inject.cpp), limits on memory, stack, files and their size; SIGINT, SIGTERM, SIGKILL
-and SIGSTOP at random times; inputs edited, cut or removed in the middle; the same command twice at once. What must hold:
+and SIGSTOP at random times, and while figures are drawn; standard streams that are closed; recordings into pipes that
+nobody reads, or no longer; inputs edited, cut or removed in the middle; the same command twice at once. What must hold:
 
     no crash and no hang        it ends by itself, with an exit code that is documented; killed only if it was killed
     nothing wrong with 0        if it ends as without a fault, its results are those, times aside
     said                        if it ends otherwise, stderr has a word of it
     nothing destroyed           its inputs are what they were
+    nothing cut                 a figure is whole or not there, and so is a recording of a run that was not killed
     nothing lost                a sweep that did not finish is finished by the same command, to the same rows
 
 Exit code 1, and a line for each finding with the seed that repeats it, if one of them does not."""
@@ -98,15 +100,17 @@ class Trial:
         self.options, self.clean, self.random = options, clean, random.Random(seed)
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="thenar-faults-"))
         shutil.copytree(options.inputs, self.folder, dirs_exist_ok=True)
-        self.stopped = self.edited = False
+        self.stopped = self.edited = self.silent = False
 
-    def start(self, command, environment=None, limits=None):
+    def start(self, command, environment=None, limits=None, closed=()):
         def limit():
             for what, value in (limits or {}).items():
                 resource.setrlimit(what, (value, value))
+            for stream in closed:
+                os.close(stream)
         process = subprocess.Popen([self.options.thenar, *command.words], cwd=self.folder, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
-                                   preexec_fn=limit if limits else None,
+                                   preexec_fn=limit if limits or closed else None,
                                    env={**os.environ, **(environment or {})}, start_new_session=True)
         process.ended_after_s = command.ended_after_s
         return process
@@ -166,6 +170,54 @@ class Trial:
         threading.Thread(target=send, daemon=True).start()
         return [process]
 
+    def closed_streams(self, command):
+        closed = [stream for stream in (0, 1, 2) if self.random.random() < 0.6] or [2]
+        self.what = f"without the streams {closed}"
+        self.silent = 2 in closed
+        return [self.start(command, closed=closed)]
+
+    def signalled_drawing(self, command):
+        """A signal as soon as the numbers are there: figures follow."""
+        which = self.random.choice([signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+        after_s = self.random.uniform(0.0, 0.5)
+        self.what = f"{which.name} {after_s:.3f} s after signals.csv"
+        self.stopped = True
+        process = self.start(command)
+
+        def send():
+            while not (self.folder / "out" / "signals.csv").exists() and process.poll() is None:
+                time.sleep(0.005)
+            time.sleep(after_s)
+            if process.poll() is None:
+                process.send_signal(which)
+        threading.Thread(target=send, daemon=True).start()
+        return [process]
+
+    def pipe_recording(self, command):
+        """A recording into a pipe: without a reader, with one that goes, or with one that stops reading."""
+        if "run.mcap" not in command.words:
+            return self.signalled(command)
+        os.mkfifo(self.folder / "run.mcap")
+        how = self.random.choice(["no reader", "reader goes", "reader stops"])
+        self.what = f"recording into a pipe: {how}"
+        self.stopped = True
+        reader = None
+        if how != "no reader":
+            reader = os.open(self.folder / "run.mcap", os.O_RDONLY | os.O_NONBLOCK)
+        process = self.start(command)
+        after_s = self.random.uniform(0.0, 1.0) * self.clean[command.name]["seconds"]
+
+        def leave():
+            time.sleep(after_s)
+            if how == "reader goes":
+                os.close(reader)
+            elif how == "reader stops":
+                time.sleep(2.0)  # What it writes by then waits for a reader.
+                if process.poll() is None:
+                    process.send_signal(signal.SIGTERM)
+        threading.Thread(target=leave, daemon=True).start()
+        return [process]
+
     def edited_input(self, command):
         name = self.random.choice([word for word in ("scene.yaml", "hand.yaml", "ready.mcap", "gripper_thumb.xml")
                                    if (self.folder / word).exists()])
@@ -205,8 +257,11 @@ class Trial:
             raise Finding(f"exit code {code} is not documented")
         if code == INTERNAL and "memory" not in self.what and "malloc" not in self.what:
             raise Finding(f"internal error: {said[-300:]}")
-        if code > 0 and code != clean["code"] and not said.strip():
+        if code > 0 and code != clean["code"] and not said.strip() and not self.silent:
             raise Finding(f"exit code {code} without a word")
+        for figure in (self.folder / "out").glob("*.svg"):
+            if not figure.read_text(errors="replace").rstrip().endswith("</svg>"):
+                raise Finding(f"{figure.name} is cut")
         if code == clean["code"] and not self.edited and not self.stopped:
             for result in command.results:
                 if contents(self.folder / result) != clean["results"][result]:
@@ -214,7 +269,8 @@ class Trial:
 
     def run(self, command):
         kind = self.random.choice([self.failing_call, self.failing_call, self.failing_call, self.limited,
-                                   self.edited_input, self.twice, self.signalled, self.signalled])
+                                   self.edited_input, self.twice, self.signalled, self.signalled_drawing,
+                                   self.closed_streams, self.pipe_recording])
         self.kind, self.what = kind.__name__.replace("_", " "), ""
         before = self.inputs()
         processes = kind(command)

@@ -3,6 +3,7 @@
 #include "engine/formats/child_process.h"
 
 #include <gtest/gtest.h>
+#include <sys/time.h>
 
 #include <csignal>
 #include <stdexcept>
@@ -55,6 +56,29 @@ TEST(ChildProcess, HasBoundedMemoryAndTime) {
         return "";
       },
       limits));
+}
+
+TEST(ChildProcess, AProgramGivesItsOutput) {
+  std::string bytes(3'000'000, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * i);
+  EXPECT_EQ(output_of({"cat", "/dev/stdin"}, bytes), bytes);
+  EXPECT_EQ(output_of({"sh", "-c", "printf x; echo lost >&2"}, ""), "x");
+  EXPECT_FALSE(output_of({"sh", "-c", "printf x; exit 3"}, "")) << "it failed";
+  EXPECT_FALSE(output_of({"no program has this name"}, ""));
+}
+
+// A handler that does not restart calls of the system: each signal interrupts the read.
+TEST(ChildProcess, SignalsCutNoOutputOff) {
+  struct sigaction ignoring {
+  }, before{};
+  ignoring.sa_handler = [](int) {};
+  sigaction(SIGALRM, &ignoring, &before);
+  const itimerval often{{0, 3000}, {0, 3000}}, never{};
+  setitimer(ITIMER_REAL, &often, nullptr);
+  const auto output = output_of({"sh", "-c", "for i in 1 2 3 4 5; do printf $i; sleep 0.02; done"}, "");
+  setitimer(ITIMER_REAL, &never, nullptr);
+  sigaction(SIGALRM, &before, nullptr);
+  EXPECT_EQ(output, "12345");
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 
 #include "engine/formats/files.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -109,6 +111,62 @@ TEST(Files, AFullDiskIsReported) {
   EXPECT_THROW(write_file("/dev/full", "text"), FileError);
   const std::optional<FileLock> lock = FileLock::take("/dev/full");
   EXPECT_THROW(lock->write("text"), FileError);
+}
+
+// Who made a file secret, or an executable, finds it so after it has been replaced.
+TEST(Files, AReplacedFileKeepsItsMode) {
+  const fs::path file = scratch() / "a";
+  for (const mode_t mode : {mode_t{0600}, mode_t{0640}, mode_t{0755}}) {
+    put(file, "old");
+    ASSERT_EQ(chmod(file.c_str(), mode), 0);
+    write_file(file, "new");
+    struct stat status {};
+    ASSERT_EQ(stat(file.c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777, mode);
+    EXPECT_EQ(read(file), "new");
+  }
+}
+
+std::string fault_of_opening(const fs::path& file) {
+  try {
+    FileWriter(file).write("x");
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool stop_asked = false;
+
+// Whoever is killed by a pipe, or waits for it for ever, loses more than what went into it.
+TEST(Files, APipeEndsNobody) {
+  const fs::path pipe = scratch() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0666), 0);
+  EXPECT_EQ(fault_of_opening(pipe), pipe.string() + ": nobody reads this pipe");
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  {
+    FileWriter writer(pipe);
+    EXPECT_TRUE(writer.write("abc"));
+    char got[4] = {};
+    EXPECT_EQ(::read(reader, got, 3), 3);
+    EXPECT_STREQ(got, "abc");
+    // It reads no more, and somebody asks for the end.
+    stop_asked = true;
+    set_stop_question([] { return stop_asked; });
+    EXPECT_FALSE(writer.write(std::string(1'000'000, 'x')));
+    EXPECT_FALSE(writer.write("y")) << "a part is missing before it";
+    set_stop_question(nullptr);
+  }
+  FileWriter writer(pipe);
+  close(reader);
+  EXPECT_FALSE(writer.write("x")) << "without SIGPIPE";
+  EXPECT_TRUE(writer.has_failed());
+}
+
+TEST(Files, NamesOfFilesAreNoOrdersToTerminals) {
+  EXPECT_STREQ(FileError("a\x1b[2Jb\n", "what").what(), "a\\x1B[2Jb\\x0A: what");
+  EXPECT_EQ(FileError("a\x1b", "what").file(), "a\x1b");
 }
 
 }  // namespace

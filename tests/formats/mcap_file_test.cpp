@@ -183,5 +183,42 @@ TEST_F(McapFile, SaysThatADiskIsFull) {
   EXPECT_THROW(McapWriter("/dev/full", {{"/a", "json", "A", "jsonschema", "{}"}}), FileError);
 }
 
+std::string fault_of(const std::string& bytes) {
+  try {
+    (void)read_mcap(bytes, "a.mcap", [](const McapMessage&) {});
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// What is compressed as we cannot read it is no damage.
+TEST_F(McapFile, NamesWhatItCannotUnpack) {
+  std::string bytes(mcap::kMagic);
+  mcap::append_record(bytes, mcap::kChunk,
+                      mcap::Bytes()
+                          .number(std::uint64_t{0})
+                          .number(std::uint64_t{0})
+                          .number(std::uint64_t{100})
+                          .number(std::uint32_t{0})
+                          .text("lz4")
+                          .number(std::uint64_t{3})
+                          .raw("abc")
+                          .done());
+  EXPECT_EQ(fault_of(bytes), "a.mcap: has chunks compressed by lz4: only zstd is read here");
+}
+
+// Zeros are compressed some thousandfold: a small file must not ask for any time.
+TEST_F(McapFile, UnpacksToAMultipleOfItself) {
+  const auto file_of = [](int megabytes) {
+    McapEncoder encoder({{"/a", "json", "A", "jsonschema", "{}"}});
+    for (int i = 0; i < megabytes; ++i) encoder.add(0, 0.0, std::string(1 << 20, '\0'));
+    encoder.finish();
+    return encoder.take();
+  };
+  EXPECT_EQ(fault_of(file_of(50)), "");
+  EXPECT_EQ(fault_of(file_of(200)), "a.mcap: unpacks to more than 256 times its size");
+}
+
 }  // namespace
 }  // namespace thenar::mcap_file_test

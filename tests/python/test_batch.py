@@ -1,4 +1,8 @@
 """Many runs at once, and the small problems."""
+import os
+import signal
+import threading
+
 from support import box, np, thenar, unittest
 
 
@@ -23,6 +27,14 @@ class Rollouts(unittest.TestCase):
                     steps.step(10)
                     self.assertTrue(np.array_equal(kept["object"][i, sample], steps.object))
                     self.assertTrue(np.array_equal(kept["force_N"][i, sample], steps.force_N))
+
+    def test_ctrl_c_between_samples(self):
+        """However rare the samples are."""
+        run = thenar.Simulation(box())
+        threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            thenar.rollout([run], 2**62, every=2**61)
+        run.step()
 
     def test_bad_input(self):
         run = thenar.Simulation(box())

@@ -246,6 +246,73 @@ while run.state()["time_s"] == 0.0:
         runs[0].start()
         self.assertTrue(runs[0].wait(20.0))
 
+    def in_a_process(self, text, said="lived\n"):
+        """Programs end as they should, without a word of the system's."""
+        text = """
+import gc, threading, time, thenar
+scene = thenar.Scene("minimal", {"object.points": 1000, "time.duration": "1000 s"})
+published = lambda period: period.published_torques()
+class Cycle:
+    def __init__(self, law):
+        self.me = self
+        self.run = thenar.Realtime(scene, realtime=False, torques=law)
+        self.run.start()
+""" + text
+        ended = subprocess.run([sys.executable, "-B", "-c", text], timeout=60, capture_output=True, text=True)
+        self.assertEqual((ended.returncode, ended.stderr, ended.stdout), (0, "", said), text)
+
+    def test_let_go_of_in_a_law(self):
+        """A run may be let go of in a law: its own, or another run's, by hand or by the garbage collector."""
+        for text in (
+            "box = []\n"
+            "def law(period):\n    box.clear()\n    return period.published_torques()\n"
+            "box.append(thenar.Realtime(scene, realtime=False, torques=law))\nbox[0].start()\ntime.sleep(0.3)\n",
+            "def law(period):\n    gc.collect()\n    return period.published_torques()\n"
+            "gc.disable()\nCycle(law)\ntime.sleep(0.3)\n",
+            "def law(period):\n    gc.collect()\n    return period.published_torques()\n"
+            "gc.disable()\nCycle(published)\nrun = thenar.Realtime(scene, realtime=False, torques=law)\nrun.start()\n"
+            "time.sleep(0.3)\nrun.stop()\n",
+        ):
+            self.in_a_process(text + 'print("lived")')
+
+    def test_waits_in_laws(self):
+        """A law that waits for its own run is told so; one may wait for another run, or end it."""
+        said = []
+        short = self.scene().set({"time.duration": "50 ms"})
+
+        def torques(period):
+            if not said:
+                try:
+                    run.wait()
+                except RuntimeError as error:
+                    said.append(str(error))
+                with thenar.Realtime(short, realtime=False) as other:
+                    said.append(other.wait(20.0))
+                    said.append(other.wait(0))
+            return period.published_torques()
+
+        run = thenar.Realtime(short, realtime=False, torques=torques)
+        run.start()
+        self.assertTrue(run.wait(30.0))
+        self.assertIn("its own run", said[0])
+        self.assertEqual(said[1:], [True, True])
+
+    def test_two_wait_for_one_another(self):
+        runs = [thenar.Realtime(self.scene().set({"time.duration": "1000 s"}), realtime=False,
+                                torques=lambda period, other=other: (runs[other].stop(), period.published_torques())[1])
+                for other in (1, 0)]
+        for run in runs:
+            run.start()
+        for run in runs:
+            self.assertTrue(run.wait(20.0))
+
+    def test_the_end_of_the_interpreter(self):
+        """Threads that nobody waits for may be in a step, a rollout or a run when the interpreter ends."""
+        for work in ("simulations[0].step(10**9)", "thenar.rollout(simulations, 10**6, every=10**6)", "thenar.run(scene)"):
+            self.in_a_process(
+                "simulations = [thenar.Simulation(scene, torques=published) for _ in range(3)]\n"
+                f"threading.Thread(target=lambda: {work}, daemon=True).start()\ntime.sleep(0.3)\nprint('lived')")
+
     def test_laws_that_nobody_asks(self):
         plain = box(control__muscles=False)
         with self.assertRaisesRegex(ValueError, "no muscles"):

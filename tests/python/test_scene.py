@@ -43,6 +43,41 @@ class Scenes(unittest.TestCase):
         scene.set({"object.points": np.int64(3000)})
         scene.set({"gravity": ("0 m/s^2", "0 m/s^2", "-9.81 m/s^2")})
 
+    def test_values_without_end(self):
+        """Lists may contain themselves, or one another many times: no stack and no memory is big enough for that."""
+        ring, deep, wide = {}, [], ["x"]
+        ring["a"] = ring
+        for _ in range(100_000):
+            deep = [deep]
+        for _ in range(30):
+            wide = [wide, wide]
+        for value in (ring, deep, wide):
+            with self.assertRaisesRegex(ValueError, "task is (nested|longer)"):
+                thenar.Scene("minimal", {"task": value})
+
+    def test_half_a_character(self):
+        for changes in ({"name": "\ud800"}, {"\ud800": 1}, {"object.shape": {"box": "\udfff"}}, {"task": {"\ud800": 1}}):
+            with self.assertRaisesRegex(ValueError, "no text"):
+                thenar.Scene("minimal", changes)
+        with self.assertRaisesRegex(ValueError, "no text"):
+            thenar.sweep(thenar.Scene("minimal"), {"name": "\ud800"})
+
+    def test_never_made(self):
+        """An instance that no constructor has made is refused, not read."""
+        for kind in (thenar.Simulation, thenar.Scene, thenar.Realtime, thenar.Recording, thenar.Grasp, thenar.Period):
+            names = [name for name in dir(kind) if not name.startswith("__") or name in ("__repr__", "__len__")]
+            for name in names:
+                with self.assertRaises(TypeError):
+                    value = getattr(kind.__new__(kind), name)
+                    value() if callable(value) else value
+
+        class Early(thenar.Simulation):
+            def __init__(self, scene):
+                self.early = self.time_s
+
+        with self.assertRaises(TypeError):
+            Early(box())
+
     def test_faults_have_places(self):
         with tempfile.TemporaryDirectory() as folder:
             text = pathlib.Path(thenar.Scene("minimal").file).read_text()

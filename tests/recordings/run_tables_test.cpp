@@ -70,6 +70,7 @@ TEST(RecordedRun, IsReadWhateverTheSceneSaysOfRows) {
   const std::filesystem::path file = scratch() / "odd.mcap";
   const nlohmann::ordered_json time = {{"name", "time_s"}, {"unit", "s"}, {"begin", 0U}, {"count", 1U}};
   nlohmann::ordered_json nothing = time;
+  nothing["name"] = "nothing";
   nothing["count"] = 0U;
   McapWriter odd(file, {{"/scene", "json", "S", "jsonschema", "{}"}, {"/state", "thenar", "T", "text", ""}});
   odd.add(0, 0.0, nlohmann::ordered_json{{"fields", {time}}, {"contact_fields", {nothing}}}.dump());
@@ -78,6 +79,78 @@ TEST(RecordedRun, IsReadWhateverTheSceneSaysOfRows) {
   const RecordedRun run = read_recording(file);
   EXPECT_EQ(run.states().rows(), 1);
   EXPECT_EQ(run.contacts().rows(), 0);
+}
+
+nlohmann::ordered_json field_json(const std::string& name, std::size_t begin, std::size_t count) {
+  return {{"name", name}, {"unit", "m"}, {"begin", begin}, {"count", count}};
+}
+
+/// A state message without contacts.
+std::string state_bytes(const std::vector<double>& numbers) {
+  return "THNR" + std::string("\x01\x00\x02\x00", 4) +
+         std::string(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double));
+}
+
+/// What is said of a recording of these scenes, each followed by so many states.
+std::string fault_of(const std::vector<nlohmann::ordered_json>& scenes, const std::vector<double>& state = {1.0},
+                     int states = 1) {
+  const std::filesystem::path file = scratch() / "odd.mcap";
+  McapWriter odd(file, {{"/scene", "json", "S", "jsonschema", "{}"}, {"/state", "thenar", "T", "text", ""}});
+  for (const nlohmann::ordered_json& scene : scenes) {
+    odd.add(0, 0.0, scene.dump());
+    if (&scene == &scenes.back()) {
+      for (int i = 0; i < states; ++i) odd.add(1, 0.0, state_bytes(state));
+    }
+  }
+  odd.finish();
+  try {
+    const RecordedRun run = read_recording(file);
+    EXPECT_EQ(run.states().rows(), states);
+    return "";
+  } catch (const FileError& error) {
+    return std::string(error.what()).substr(file.string().size() + 2);
+  }
+}
+
+nlohmann::ordered_json scene_json(const std::vector<nlohmann::ordered_json>& fields) { return {{"fields", fields}}; }
+
+// A number of a state belongs to one field: else a short state has any number of columns.
+TEST(RecordedRun, FieldsLieOneBehindTheOther) {
+  const std::string other = "has states of another version";
+  EXPECT_EQ(fault_of({scene_json({field_json("time_s", 0, 1)})}), "");
+  EXPECT_EQ(fault_of({scene_json({field_json("time_s", 0, 1), field_json("a", 0, 1)})}), other) << "overlap";
+  EXPECT_EQ(fault_of({scene_json({field_json("time_s", 0, 1), field_json("a", 2, 1)})}, {1, 2, 3}), other) << "gap";
+  EXPECT_EQ(fault_of({scene_json({field_json("time_s", 0, 1), field_json("a", 1, 1'000'000)})}), other);
+}
+
+// A scene without the first one's fields: rows of NaN, as many as the file is worth.
+TEST(RecordedRun, TakesMemoryInProportionToItsStates) {
+  const auto first = scene_json({field_json("time_s", 0, 1), field_json("x", 1, 50'000)});
+  const auto none = scene_json(nlohmann::ordered_json::array());
+  EXPECT_EQ(fault_of({first, none}, {}, 3), "");
+  EXPECT_EQ(fault_of({first, none}, {}, 2000), "has states of another version");
+}
+
+// Many fields and many states: each name is looked up once a scene.
+TEST(RecordedRun, LooksUpNamesOnceAScene) {
+  std::vector<nlohmann::ordered_json> fields{field_json("time_s", 0, 1)};
+  for (int i = 0; i < 20'000; ++i) fields.push_back(field_json("f" + std::to_string(i), 1, 0));
+  EXPECT_EQ(fault_of({scene_json(fields)}, {1.0}, 3000), "");
+}
+
+// They become names of files in an archive, and heads of columns in a spreadsheet.
+TEST(RecordedRun, NamesAreWords) {
+  for (const std::string name : {"", "../a", "a b", "=1+1", "a\nb", "a\u0000b", "time_s", "a-b"}) {
+    const std::string fault = fault_of({scene_json({field_json("time_s", 0, 1), field_json(name, 1, 1)})}, {1, 2});
+    EXPECT_NE(fault.find("names a part '"), std::string::npos) << name << ": " << fault;
+  }
+  for (const std::string name : {"thumb", "=cmd()", "a\nb", "@x"}) {
+    nlohmann::ordered_json scene = scene_json({field_json("time_s", 0, 1)});
+    scene["fingers"] = {{{"name", name}}};
+    EXPECT_EQ(fault_of({scene}).empty(), name == "thumb") << name;
+    scene["fingers"] = {{{"name", "thumb"}}, {{"name", "thumb"}}};
+    EXPECT_NE(fault_of({scene}), "") << "two columns of one name";
+  }
 }
 
 TEST(RecordedRun, NamesFieldsThatAreThere) {

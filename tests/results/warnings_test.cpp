@@ -133,5 +133,21 @@ TEST(Warnings, TellWhereSoftObjectsInjectEnergy) {
   }
 }
 
+// A ledger that does not close tells of a motion that is none, also where nothing is infinite.
+TEST(Warnings, TellOfEnergyThatIsMissing) {
+  const Model model = build_model(short_grasp({}));
+  for (const auto& [missing, told] : {std::pair{1e-4, ""},
+                                      {5e-3, "the energy balance does not close"},
+                                      {1e300, "the energy balance does not close"},
+                                      {INFINITY, "are not finite"}}) {
+    Warnings all(model);
+    TickRecord tick(model.scene.hand);
+    tick.contact.ledger.drive_J = 1.0;
+    tick.contact.ledger.viscous_J = 1.0 - missing;
+    all.add(tick);
+    EXPECT_EQ(names(all.sentences(), *told == '\0' ? "energ" : told), *told != '\0') << missing;
+  }
+}
+
 }  // namespace
 }  // namespace thenar::warnings_test

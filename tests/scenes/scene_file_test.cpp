@@ -125,12 +125,12 @@ TEST(Scene, TheGainHasItsUnit) {
 TEST(Scene, BoundsTimesAndCountsThatSizeMemory) {
   const std::string step = "time.step=1 ms", period = "time.control_period=10 ms";
   EXPECT_EQ(fault_with({step, period, "time.control_delay=1 s"}), "");
-  for (const char* delay : {"1.001 s", "4294967.296 s", "1e300 s"}) {
+  for (const char* delay : {"1.001 s", "4294967.296 s"}) {
     EXPECT_EQ(fault_with({step, period, std::string("time.control_delay=") + delay}),
               "time.control_delay: must not be longer than 100 times time.control_period");
   }
   EXPECT_EQ(fault_with({step, "time.control_period=10 s"}), "");
-  for (const char* longer : {"10.01 s", "1e10 s"}) {
+  for (const char* longer : {"10.01 s", "1e9 s"}) {
     EXPECT_EQ(fault_with({step, std::string("time.control_period=") + longer}),
               "time.control_period: must not be longer than 10000 times time.step");
   }
@@ -141,7 +141,8 @@ TEST(Scene, BoundsTimesAndCountsThatSizeMemory) {
   for (const std::string bad : {"1.01 s", "1e300 s"}) {
     EXPECT_EQ(fault_with({"time.step=" + bad, "time.duration=1 ms"}), "time.step: " + bad + " must be at most 1 s");
   }
-  EXPECT_EQ(fault_with({step, "time.duration=1e300 s"}), "time.step: makes more than 10 million steps");
+  EXPECT_EQ(fault_with({step, "time.duration=1e8 s"}), "time.duration: makes more than 10 million steps of time.step");
+  EXPECT_EQ(fault_with({step, "time.duration=1e300 s"}), "time.duration: 1e300 s must be at most 1e9 s");
   EXPECT_EQ(fault_with({"object.points=1000001"}), "object.points: 1000001 must be at most 1000000");
   // The scene without fingertips lacks their other keys.
   try {

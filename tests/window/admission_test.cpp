@@ -26,7 +26,8 @@ TEST_F(Server, RefusesAForeignHost) {
        {"example.org" + port, "localhost.example.org" + port, "127.0.0.1" + other_port, std::string("127.0.0.1"),
         std::string("localhost:"), "localhost" + port + "x", "192.168.0.1" + port, "::1" + port, std::string("::1"),
         "127.1" + port, "[127.0.0.1]" + port, "user@127.0.0.1" + port, std::string("[]"), std::string("[") + port,
-        std::string()}) {
+        std::string(), "[::1%lo]" + port, "[::1%25x]" + port, "127.0.0.1:0" + port.substr(1),
+        "127.0.0.1:+" + port.substr(1)}) {
     EXPECT_EQ(status(answer("GET " + with_token("/") + " HTTP/1.1\r\nHost: " + theirs + "\r\n\r\n")), 403) << theirs;
   }
   EXPECT_EQ(status(answer("GET " + with_token("/") + " HTTP/1.1\r\n\r\n")), 403);
