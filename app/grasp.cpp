@@ -59,8 +59,7 @@ bool is_scene(const Options& options) {
 ObjectWish wish_of(const Options& options, const fs::path& object) {
   ObjectWish wish{.object = object, .hand = hand_file(options)};
   if (!options.unit.empty()) {
-    wish.unit_m =
-        read_quantity((std::isdigit(options.unit.front()) ? "" : "1 ") + options.unit, Dimension::kLength).value;
+    wish.unit_m = read_unit(options.unit).value;
   }
   wish.mass_kg = value_or(options.mass, Dimension::kMass, wish.mass_kg);
   wish.friction = options.friction.value_or(wish.friction);
@@ -201,7 +200,7 @@ int grasp(const Options& options) {
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::vector<std::string> notes;
   const ImplicitSurface surface = make_object_surface(subject.scene, notes);
-  if (!is_scene(options)) subject.scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
+  if (!is_scene(options)) subject.scene.object.centre_of_mass_m = object_centroid_m(subject.scene, surface, notes);
   print_object_notes(notes, options.quiet);
   SearchWatch watch(options.quiet);
   const GraspWish& wish = *subject.scene.grasp;

@@ -111,7 +111,7 @@ Lines lines_across(const TriangleMesh& mesh, const Eigen::AlignedBox3d& box) {
   }
   const Vector3d size_m = box.sizes();
   const double each = std::max(1.0, shadow_m2 / std::max(size_m.y() * size_m.z(), 1e-300));
-  const double most = 2e6 + 4.0 * static_cast<double>(mesh.triangles.cols());
+  const double most = 5e5 + 4.0 * static_cast<double>(mesh.triangles.cols());
   const auto rows = static_cast<std::int64_t>(std::clamp(std::sqrt(most / each), 8.0, 1000.0));
   const double count = static_cast<double>(rows);
   return {box.min().y(), box.min().z(), size_m.y() / count, size_m.z() / count, rows};

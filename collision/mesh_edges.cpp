@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <numeric>
@@ -33,6 +34,48 @@ Corners corners_of(const TriangleMesh& mesh, Index triangle) {
   order(1, 2);
   order(0, 1);
   return corners;
+}
+
+/// The edge between two triangles, and their vertices off it.
+struct Diagonal {
+  std::array<int, 2> edge, off;
+  Index a, b;
+};
+
+/// Cuts two squares of the same four corners along the same diagonal: where two triangles of one plane lie on two others
+/// that share the other diagonal. They are the two sides of a surface, or a wall between two solids.
+void cut_alike(TriangleMesh& mesh) {
+  std::vector<Diagonal> diagonals;
+  const std::vector<EdgeSide> sides = sorted_sides(mesh);
+  for_each_edge(sides, [&](std::size_t begin, std::size_t end) {
+    if (end - begin != 2 || sides[begin].along == sides[begin + 1].along) return;
+    const auto off = [&](const EdgeSide& side) {
+      return mesh.triangles.col(side.triangle).sum() - side.from - side.to;
+    };
+    const int c = off(sides[begin]), d = off(sides[begin + 1]);
+    diagonals.push_back({{sides[begin].from, sides[begin].to},
+                         {std::min(c, d), std::max(c, d)},
+                         sides[begin].triangle,
+                         sides[begin + 1].triangle});
+  });
+  for (const Diagonal& one : diagonals) {
+    if (one.off < one.edge) continue;  // Once for both; in the order of edges.
+    const auto other = std::ranges::lower_bound(diagonals, one.off, {}, &Diagonal::edge);
+    if (other == diagonals.end() || other->edge != one.off || other->off != one.edge) continue;
+    const auto place = [&](int i) -> Vector3d { return mesh.vertices_m.col(i); };
+    const Vector3d u = place(one.edge[1]) - place(one.edge[0]), v = place(one.off[0]) - place(one.edge[0]);
+    const Vector3d w = place(one.off[1]) - place(one.edge[0]), n = u.cross(v);
+    if (std::abs(n.dot(w)) > 1e-6 * n.norm() * w.norm()) continue;  // a tetrahedron
+    // c, d, and the vertices beside them, in the direction of the first triangle: its side from c to d.
+    const bool is_along = mesh.triangles(0, other->a) == other->edge[0] ? mesh.triangles(1, other->a) == other->edge[1]
+                          : mesh.triangles(1, other->a) == other->edge[0]
+                              ? mesh.triangles(2, other->a) == other->edge[1]
+                              : mesh.triangles(0, other->a) == other->edge[1];
+    const int c = other->edge[is_along ? 0 : 1], d = other->edge[is_along ? 1 : 0];
+    const int x = mesh.triangles.col(other->a).sum() - c - d, y = mesh.triangles.col(other->b).sum() - c - d;
+    mesh.triangles.col(other->a) << x, c, y;
+    mesh.triangles.col(other->b) << y, d, x;
+  }
 }
 
 enum class Face : char { kSingle, kSheet, kLeftOut };
@@ -134,6 +177,7 @@ std::vector<EdgeSide> sorted_sides(const TriangleMesh& mesh) {
 }
 
 Index remove_doubled_faces(TriangleMesh& mesh) {
+  cut_alike(mesh);
   std::vector<Face> faces = mark_doubled(mesh);
   if (std::ranges::find(faces, Face::kSheet) != faces.end()) mark_walls(mesh, faces);
   Index kept = 0;

@@ -24,6 +24,15 @@ std::optional<std::pair<int, int>> repeated_side(const std::vector<int>& corners
   return found == sides.end() ? std::nullopt : std::optional(*found);
 }
 
+/// Lets a cycle begin with its least corner, and go on to the lesser of its neighbours; false: that is the other way
+/// round.
+bool order_cycle(std::vector<int>& cycle) {
+  std::ranges::rotate(cycle, std::ranges::min_element(cycle));
+  if (cycle[1] <= cycle.back()) return true;
+  std::reverse(cycle.begin() + 1, cycle.end());
+  return false;
+}
+
 }  // namespace
 
 std::string MeshBuilder::add_vertex(const Eigen::Vector3d& vertex) {
@@ -49,11 +58,31 @@ std::string MeshBuilder::add_face(std::vector<int> corners) {
     return "a face goes round more than once: from its corner " + std::to_string(side->first + 1) + " to " +
            std::to_string(side->second + 1) + " twice";
   }
+  add_polygon(corners);
+  return "";
+}
+
+void MeshBuilder::add_polygon(const std::vector<int>& corners) {
+  std::vector<int> cycle;
+  bool is_own = true;
+  if (corners.size() > 4) {
+    cycle = corners;
+    is_own = order_cycle(cycle);
+    if (const auto earlier = cuts_.find(cycle); earlier != cuts_.end()) {
+      const bool is_same = is_own == earlier->second.is_own;
+      for (std::size_t i = earlier->second.begin; i < earlier->second.end; i += 3) {
+        const int a = triangles_[i], b = triangles_[i + 1], c = triangles_[i + 2];
+        triangles_.insert(triangles_.end(), {a, is_same ? b : c, is_same ? c : b});
+      }
+      return;
+    }
+  }
+  const std::size_t begin = triangles_.size();
   const Eigen::Map<const Eigen::Matrix3Xd> all(vertices_.data(), 3, static_cast<Index>(vertices()));
   for (const Eigen::Vector3i& triangle : cut_polygon(all(Eigen::all, corners))) {
     for (const int corner : triangle) triangles_.push_back(corners[corner]);
   }
-  return "";
+  if (!cycle.empty()) cuts_.emplace(std::move(cycle), Cut{begin, triangles_.size(), is_own});
 }
 
 void MeshBuilder::add_triangle() {

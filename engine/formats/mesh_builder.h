@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,19 @@ class MeshBuilder {
   [[nodiscard]] TriangleMesh mesh() const;
 
  private:
+  /// Cuts a polygon up; one with the same corners as an earlier one, either way round, as that: they are the two sides of
+  /// a surface.
+  void add_polygon(const std::vector<int>& corners);
+
   std::vector<double> vertices_;
   std::vector<int> triangles_;
+  /// Of faces with more than four corners, from the least one on in the direction of the lesser neighbour: their
+  /// triangles' first place and end, and whether that is their own direction.
+  struct Cut {
+    std::size_t begin, end;
+    bool is_own;
+  };
+  std::map<std::vector<int>, Cut> cuts_;
 };
 
 }  // namespace thenar

@@ -151,8 +151,10 @@ Header read_header(ByteSource& source, Notes& notes) {
       return header;
     } else if (!has_format && (words[0] == "element" || words[0] == "property" || words[0] == "end_header")) {
       source.fail_at_line("'format' must follow 'ply'");
-    } else {
+    } else if (header.elements.empty()) {
       pass_over(source, words[0], notes);
+    } else {
+      source.fail_at_line("'" + printable(words[0]) + "' is not expected in the header here");
     }
   }
 }

@@ -31,13 +31,21 @@ bool has_decimal_comma(std::string_view word) {
          word.find(',', comma + 1) == word.npos;
 }
 
+/// Returns where a comment begins: at a '#' that is not within a word, as in "-1.#IND".
+std::size_t comment_in(std::string_view line) {
+  for (std::size_t at = line.find('#'); at != line.npos; at = line.find('#', at + 1)) {
+    if (at == 0 || line[at - 1] != '.') return at;
+  }
+  return line.npos;
+}
+
 /// Splits a line at blanks, commas and semicolons.
 Words words_of_row(const ByteSource& source, std::string_view line) {
-  line = line.substr(0, line.find('#'));
+  line = line.substr(0, comment_in(line));
   const Words blank = words_of(line);
   if (line.find_first_of(",;") == line.npos) return blank;
-  const bool has_semicolons = line.find(';') != line.npos;
-  if ((has_semicolons || blank.size() > 2) && std::ranges::all_of(blank, has_decimal_comma)) {
+  const bool has_both = line.find(';') != line.npos && line.find(',') != line.npos;
+  if (has_both || (blank.size() > 2 && std::ranges::all_of(blank, has_decimal_comma))) {
     source.fail_at_line("has commas within its numbers: write points in their place");
   }
   Words words;
@@ -48,16 +56,16 @@ Words words_of_row(const ByteSource& source, std::string_view line) {
     if (begin < end) words.push_back(line.substr(begin, end - begin));
     begin = end;
   }
-  if (has_semicolons && std::ranges::any_of(blank, [](std::string_view w) { return w.find(',') != w.npos; })) {
-    source.fail_at_line("has both commas and semicolons between its numbers");
-  }
   return words;
 }
 
 /// A number of a line; nan and its kin also as Microsoft's libraries wrote them, "-1.#IND".
-double number_of(const ByteSource& source, std::string_view word) {
-  if (word.find(".#") != word.npos) return std::nan("");
-  const auto number = number_in<double>(word);
+std::optional<double> number_of(std::string_view word) {
+  return word.find(".#") != word.npos ? std::nan("") : number_in<double>(word);
+}
+
+double require_number(const ByteSource& source, std::string_view word) {
+  const auto number = number_of(word);
   if (!number) source.fail_at_line("'" + printable(word) + "' is not a number");
   return *number;
 }
@@ -83,14 +91,14 @@ std::vector<std::string> title_of(const Words& words) {
 
 Table read_table(ByteSource& source) {
   Table table;
-  const auto is_number = [](std::string_view word) { return number_in<double>(word).has_value(); };
+  const auto is_number = [](std::string_view word) { return number_of(word).has_value(); };
   while (const auto line = source.take_any_line()) {
     const Words words = words_of_row(source, *line);
     if (words.empty()) continue;
     const bool is_first = table.width == 0;
     const bool is_comment = words[0].starts_with("//");
     if (is_comment && !is_first) continue;
-    if (is_first && table.title.empty() && (is_comment || !std::ranges::any_of(words, is_number))) {
+    if (is_first && table.title.empty() && (is_comment || !is_number(words[0]))) {
       table.title = title_of(words);
       continue;
     }
@@ -106,7 +114,7 @@ Table read_table(ByteSource& source) {
       source.fail_at_line("has " + std::to_string(words.size()) + " values, the lines before it " +
                           std::to_string(table.width));
     }
-    for (const std::string_view word : words) table.values.push_back(number_of(source, word));
+    for (const std::string_view word : words) table.values.push_back(require_number(source, word));
   }
   return table;
 }
