@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
@@ -60,6 +59,9 @@ ObjectWish wish_of(const Options& options, const fs::path& object) {
   ObjectWish wish{.object = object, .hand = hand_file(options)};
   if (!options.unit.empty()) {
     wish.unit_m = read_unit(options.unit).value;
+    if (!(wish.unit_m > 0.0)) {
+      throw ConfigError({{"--unit", "", options.unit + " is not above 0: it is what 1 in the object's file measures"}});
+    }
   }
   wish.mass_kg = value_or(options.mass, Dimension::kMass, wish.mass_kg);
   wish.friction = options.friction.value_or(wish.friction);

@@ -68,11 +68,7 @@ void add_core(CLI::App& command, int& core) {
 Quantity read_unit(const std::string& text) {
   Quantity unit = read_quantity(text, Dimension::kLength);
   if (!unit.fault.empty()) unit = read_quantity("1 " + text, Dimension::kLength);
-  if (!unit.fault.empty()) {
-    unit.fault = text + " is no unit of length, such as mm or '25.4 mm'";
-  } else if (!(unit.value > 0.0)) {
-    unit.fault = text + " is no length above 0: what does 1 in the object's file measure?";
-  }
+  if (!unit.fault.empty()) unit.fault = text + " is no unit of length, such as mm or '25.4 mm'";
   return unit;
 }
 
