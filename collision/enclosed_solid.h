@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "collision/triangle_mesh.h"
+#include "collision/triangles.h"
 
 namespace thenar {
 
@@ -14,8 +14,8 @@ struct EnclosedSolid {
 };
 
 /// Measures what a mended mesh encloses. Holes are closed by triangles to the middle of their rims. By Gauss, of the
-/// tetrahedra from a point to all triangles: exact, if no two solids overlap. What lies in several solids counts once: it
-/// is measured along some hundred thousand lines, to some thousandths of it. Cost O(n log n).
+/// tetrahedra from a point to all triangles: exact, if no two solids overlap. What lies in several solids counts once:
+/// it is measured along some hundred thousand lines, to some thousandths of it. Cost O(n log n).
 [[nodiscard]] EnclosedSolid enclosed_solid(const TriangleMesh& mesh);
 
 }  // namespace thenar

@@ -42,8 +42,8 @@ struct Diagonal {
   Index a, b;
 };
 
-/// Cuts two squares of the same four corners along the same diagonal: where two triangles of one plane lie on two others
-/// that share the other diagonal. They are the two sides of a surface, or a wall between two solids.
+/// Cuts two squares of the same four corners along the same diagonal: where two triangles of one plane lie on two
+/// others that share the other diagonal. They are the two sides of a surface, or a wall between two solids.
 void cut_alike(TriangleMesh& mesh) {
   std::vector<Diagonal> diagonals;
   const std::vector<EdgeSide> sides = sorted_sides(mesh);

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "collision/triangle_mesh.h"
+#include "collision/triangles.h"
 
 namespace thenar {
 

@@ -5,14 +5,9 @@
 #include <vector>
 
 #include "collision/point_cloud.h"
+#include "collision/triangles.h"
 
 namespace thenar {
-
-/// A solid's surface as triangles, counter-clockwise from outside.
-struct TriangleMesh {
-  Eigen::Matrix3Xd vertices_m;
-  Eigen::Matrix3Xi triangles;  ///< Indices of vertices.
-};
 
 /// Triangulates a nearly plane polygon; returns indices of its corners, in its orientation. A polygon of n corners has
 /// n - 2 triangles, fewer if it crosses itself. Cost O(n^2).
@@ -31,16 +26,16 @@ struct MeshMending {
 
 /// Joins vertices that coincide, to 1e-9 of the mesh's size, or where that leaves it open to 1e-6; drops triangles
 /// without area, and those that lie on others: the second sides of a surface, and walls between solids that touch.
-/// Orients triangles like their neighbours: in each connected part like the majority. A part that is then inside out is reversed, unless it lies within another one, and
-/// so may be its cavity.
+/// Orients triangles like their neighbours: in each connected part like the majority. A part that is then inside out is
+/// reversed, unless it lies within another one, and so may be its cavity.
 /// Requires  Finite vertices, as far as triangles have them; numbers of vertices within range.
 /// Cost O(n log n).
 MeshMending mend(TriangleMesh& mesh);
 
 /// Draws exactly `count` blue-noise samples of the triangles. Normals vary between triangles as on the smooth surface
 /// that the mesh approximates, but not over edges of more than 20 degrees. Same seed, same cloud.
-/// With `covered`, a mesh of several parts is the union of their solids, by the winding number: triangles have no samples
-/// where their outside is inside of it, and `covered` becomes that share of them.
+/// With `covered`, a mesh of several parts is the union of their solids, by the winding number: triangles have no
+/// samples where their outside is inside of it, and `covered` becomes that share of them.
 /// Throws std::invalid_argument if count < 1 or if no triangle has area, or too little of them is not covered.
 [[nodiscard]] PointCloud sample_mesh(const TriangleMesh& mesh, Eigen::Index count, std::uint32_t seed = 1,
                                      double* covered = nullptr);

@@ -3,14 +3,14 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "collision/triangle_mesh.h"
+#include "collision/triangles.h"
 
 namespace thenar {
 
 /// The winding number of triangles around a point [Jacobson, Kavan, Sorkine-Hornung 2013]: their solid angle, seen from
 /// it, over 4 pi. Of closed surfaces it is the number of solids that the point is in; of open ones it varies smoothly
-/// between. Triangles that are far away count by their sum's dipole and its first moment [Barill et al. 2018]: the error
-/// is some hundredths. Cost of a point O(log triangles), if it lies near few of them.
+/// between. Triangles that are far away count by their sum's dipole and its first moment [Barill et al. 2018]: the
+/// error is some hundredths. Cost of a point O(log triangles), if it lies near few of them.
 class WindingNumber {
  public:
   explicit WindingNumber(const TriangleMesh& mesh);

@@ -26,8 +26,8 @@ template <typename Number>
 }
 
 /// A sequential reader of a file's bytes. Errors are FileErrors with line or byte. A view of bytes and name.
-/// Lines end with a line feed, with or without a carriage return before it; or, as in files of the first Macintosh, with
-/// a carriage return alone.
+/// Lines end with a line feed, with or without a carriage return before it; or, as in files of the first Macintosh,
+/// with a carriage return alone.
 class ByteSource {
  public:
   ByteSource(const std::filesystem::path& file, std::string_view bytes);

@@ -25,8 +25,8 @@ class MeshBuilder {
   [[nodiscard]] TriangleMesh mesh() const;
 
  private:
-  /// Cuts a polygon up; one with the same corners as an earlier one, either way round, as that: they are the two sides of
-  /// a surface.
+  /// Cuts a polygon up; one with the same corners as an earlier one, either way round, as that: they are the two sides
+  /// of a surface.
   void add_polygon(const std::vector<int>& corners);
 
   std::vector<double> vertices_;

@@ -48,8 +48,8 @@ void expect_none(const ByteSource& source, const std::string& fault) {
   if (!fault.empty()) source.fail_at_line(fault);
 }
 
-/// Returns the point of the numbers of the last line from the word `first` on, of which a fourth one divides the others:
-/// a place in homogeneous coordinates.
+/// Returns the point of the numbers of the last line from the word `first` on, of which a fourth one divides the
+/// others: a place in homogeneous coordinates.
 Vector3d point_of(const ByteSource& source, const Words& words, std::size_t first, bool has_fourth) {
   if (words.size() < first + (has_fourth ? 4 : 3)) {
     source.fail_at_line(has_fourth ? "a vertex needs four coordinates" : "a vertex needs three coordinates");
@@ -306,6 +306,7 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
     notes.push_back(
         fmt::format("turned {} of {}, wound the other way", counted(mending.turned, "face"), mesh.triangles.cols()));
   }
+  if (mending.joined_m > 0.0) notes.emplace_back("joined corners that are up to a millionth of the size apart");
   if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {}", counted(mending.open_edges, "open edge")));
 }
 

@@ -23,8 +23,8 @@ struct PlyFile {
 /// `vertex_indices` or `vertex_index` of an element `face`, or of `tristrips`, in which -1 begins another strip. Other
 /// properties and elements are skipped. A header's line that none knows, and bytes behind the last record that are too
 /// few for another one, are passed over, which is added to `notes`.
-/// Throws FileError with the name `file` if it is no PLY file, or broken or truncated. Takes memory in proportion to the
-/// bytes, whatever the header claims.
+/// Throws FileError with the name `file` if it is no PLY file, or broken or truncated. Takes memory in proportion to
+/// the bytes, whatever the header claims.
 [[nodiscard]] PlyFile parse_ply(std::string_view bytes, const std::filesystem::path& file,
                                 std::vector<std::string>& notes);
 

@@ -189,7 +189,8 @@ Gltf gltf(const TriangleMesh& mesh, const std::string& uri) {
   file.text =
       R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [1]}], "nodes": [)"
       R"({"mesh": 0, "translation": [0, 0, 1]},)"
-      R"({"children": [0], "scale": [0.5, 0.5, 0.5], "matrix_": 0, "rotation": [0, 0, 0.70710678118654757, 0.70710678118654757]}],)"
+      R"({"children": [0], "scale": [0.5, 0.5, 0.5],)"
+      R"("rotation": [0, 0, 0.70710678118654757, 0.70710678118654757]}],)"
       R"("meshes": [{"primitives": [{"attributes": {"POSITION": 1}, "indices": 0}]}],)"
       R"("buffers": [{"byteLength": )" +
       size + where + R"(}], "bufferViews": [{"buffer": 0, "byteLength": )" + size +
