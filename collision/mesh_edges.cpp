@@ -42,17 +42,28 @@ struct Diagonal {
   Index a, b;
 };
 
+/// The vertex of a side's triangle that is not on the edge.
+int vertex_off(const TriangleMesh& mesh, const EdgeSide& side) {
+  return mesh.triangles.col(side.triangle).sum() - side.from - side.to;
+}
+
+/// Tests for an edge of more than two triangles, or of two with the same vertices: elsewhere no face lies on another.
+bool may_have_doubled(const TriangleMesh& mesh, const std::vector<EdgeSide>& sides) {
+  bool may = false;
+  for_each_edge(sides, [&](std::size_t begin, std::size_t end) {
+    may = may || end - begin > 2;
+    may = may || (end - begin == 2 && vertex_off(mesh, sides[begin]) == vertex_off(mesh, sides[begin + 1]));
+  });
+  return may;
+}
+
 /// Cuts two squares of the same four corners along the same diagonal: where two triangles of one plane lie on two
 /// others that share the other diagonal. They are the two sides of a surface, or a wall between two solids.
-void cut_alike(TriangleMesh& mesh) {
+void cut_alike(TriangleMesh& mesh, const std::vector<EdgeSide>& sides) {
   std::vector<Diagonal> diagonals;
-  const std::vector<EdgeSide> sides = sorted_sides(mesh);
   for_each_edge(sides, [&](std::size_t begin, std::size_t end) {
     if (end - begin != 2 || sides[begin].along == sides[begin + 1].along) return;
-    const auto off = [&](const EdgeSide& side) {
-      return mesh.triangles.col(side.triangle).sum() - side.from - side.to;
-    };
-    const int c = off(sides[begin]), d = off(sides[begin + 1]);
+    const int c = vertex_off(mesh, sides[begin]), d = vertex_off(mesh, sides[begin + 1]);
     diagonals.push_back({{sides[begin].from, sides[begin].to},
                          {std::min(c, d), std::max(c, d)},
                          sides[begin].triangle,
@@ -164,20 +175,32 @@ bool NumberSets::join(Index a, Index b) {
 }
 
 std::vector<EdgeSide> sorted_sides(const TriangleMesh& mesh) {
-  std::vector<EdgeSide> sides;
-  sides.reserve(3 * mesh.triangles.cols());
-  for (Index i = 0; i < mesh.triangles.cols(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles(k, i), b = mesh.triangles((k + 1) % 3, i);
-      sides.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1, i});
+  // By the lesser vertex in one pass over all; then the few of each vertex by the greater one.
+  std::vector<std::size_t> begin(mesh.vertices_m.cols() + 1, 0);
+  const auto for_each_side = [&](const auto& f) {
+    for (Index i = 0; i < mesh.triangles.cols(); ++i) {
+      for (int k = 0; k < 3; ++k) f(mesh.triangles(k, i), mesh.triangles((k + 1) % 3, i), i);
     }
+  };
+  for_each_side([&](int a, int b, Index) { ++begin[std::min(a, b) + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<EdgeSide> sides(3 * mesh.triangles.cols());
+  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+  for_each_side([&](int a, int b, Index i) {
+    sides[next[std::min(a, b)]++] = {std::min(a, b), std::max(a, b), a < b ? 1 : -1, i};
+  });
+  for (std::size_t vertex = 0; vertex + 1 < begin.size(); ++vertex) {
+    std::sort(sides.begin() + static_cast<std::ptrdiff_t>(begin[vertex]),
+              sides.begin() + static_cast<std::ptrdiff_t>(begin[vertex + 1]), [](const EdgeSide& a, const EdgeSide& b) {
+                return a.to != b.to ? a.to < b.to : a.triangle < b.triangle;
+              });
   }
-  std::ranges::sort(sides, {}, [](const EdgeSide& side) { return std::tuple(side.from, side.to, side.triangle); });
   return sides;
 }
 
-Index remove_doubled_faces(TriangleMesh& mesh) {
-  cut_alike(mesh);
+Index remove_doubled_faces(TriangleMesh& mesh, std::vector<EdgeSide>& sides) {
+  if (!may_have_doubled(mesh, sides)) return 0;
+  cut_alike(mesh, sides);
   std::vector<Face> faces = mark_doubled(mesh);
   if (std::ranges::find(faces, Face::kSheet) != faces.end()) mark_walls(mesh, faces);
   Index kept = 0;
@@ -186,6 +209,7 @@ Index remove_doubled_faces(TriangleMesh& mesh) {
   }
   const Index removed = mesh.triangles.cols() - kept;
   mesh.triangles.conservativeResize(3, kept);
+  sides = sorted_sides(mesh);
   return removed;
 }
 

@@ -43,8 +43,8 @@ class NumberSets {
 
 /// Leaves out faces that lie on others of the same three vertices, and returns their number. Two that face each other
 /// are a wall between two solids that touch, and both are left out; or the two sides of one surface, which one of them
-/// stands for: whichever leaves fewer edges open. Cost O(n log n).
-Eigen::Index remove_doubled_faces(TriangleMesh& mesh);
+/// stands for: whichever leaves fewer edges open. `sides` are the mesh's, before and after. Cost O(n log n).
+Eigen::Index remove_doubled_faces(TriangleMesh& mesh, std::vector<EdgeSide>& sides);
 
 /// A hole's rim.
 struct MeshRim {

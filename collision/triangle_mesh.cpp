@@ -118,29 +118,33 @@ Index drop_without_area(TriangleMesh& mesh) {
   return without;
 }
 
-Index count_open_edges(const TriangleMesh& mesh) {
+Index count_open_edges(const std::vector<EdgeSide>& sides) {
   Index open = 0;
-  for_each_edge(sorted_sides(mesh), [&](std::size_t begin, std::size_t end) { open += end - begin == 1 ? 1 : 0; });
+  for_each_edge(sides, [&](std::size_t begin, std::size_t end) { open += end - begin == 1 ? 1 : 0; });
   return open;
 }
 
-/// Joins vertices in one place, and drops what has no area then.
-void join(TriangleMesh& mesh, MeshMending& mending) {
+/// Joins vertices in one place, and drops what has no area then. Returns the sides that are left.
+std::vector<EdgeSide> join(TriangleMesh& mesh, MeshMending& mending) {
   // What a program computes as zero is some 1e-18 of the size; numbers of single precision, or of seven digits, are off
-  // by some 1e-7 of it. Where the nearer ones leave a closed surface, those are not joined.
+  // by some 1e-7 of it. Where joining the former leaves a closed surface, the latter are not joined.
   constexpr double kNear = 1e-9, kFar = 1e-6;
   const double whole_m = size_m(mesh);
-  TriangleMesh far = mesh;
+  TriangleMesh far{{}, mesh.triangles};
   mesh.triangles = joined_triangles(mesh, kNear * whole_m);
   mending.dropped = drop_without_area(mesh);
-  const Index open = count_open_edges(mesh);
-  if (open == 0) return;
+  std::vector<EdgeSide> sides = sorted_sides(mesh);
+  const Index open = count_open_edges(sides);
+  if (open == 0) return sides;
+  far.vertices_m = mesh.vertices_m;
   far.triangles = joined_triangles(far, kFar * whole_m);
   const Index dropped = drop_without_area(far);
-  if (count_open_edges(far) >= open) return;
+  std::vector<EdgeSide> far_sides = sorted_sides(far);
+  if (count_open_edges(far_sides) >= open) return sides;
   mesh = std::move(far);
   mending.dropped = dropped;
   mending.joined_m = kFar * whole_m;
+  return far_sides;
 }
 
 /// Two triangles that share an edge with no other.
@@ -353,10 +357,9 @@ std::vector<Eigen::Vector3i> cut_polygon(const Eigen::Matrix3Xd& corners) {
 
 MeshMending mend(TriangleMesh& mesh) {
   MeshMending mending;
-  join(mesh, mending);
-  mending.doubled = remove_doubled_faces(mesh);
+  std::vector<EdgeSide> sides = join(mesh, mending);
+  mending.doubled = remove_doubled_faces(mesh, sides);
   const Index count = mesh.triangles.cols();
-  const std::vector<EdgeSide> sides = sorted_sides(mesh);
   const std::vector<Neighbours> neighbours = find_neighbours(sides, mending);
   const Adjacency adjacency = adjacency_of(neighbours, count);
 
