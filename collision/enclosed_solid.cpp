@@ -38,7 +38,7 @@ Moments tetrahedra(const TriangleMesh& mesh) {
 }
 
 /// Where a line along x meets a face.
-struct Crossing {
+struct LineCrossing {
   std::int64_t line;
   double x_m;
   int rise;  ///< Solids that are entered there.
@@ -61,7 +61,7 @@ struct Lines {
 /// Adds the lines that a triangle crosses. Neighbours decide alike what lies on either side of their edge, since its
 /// crossing with a row is computed from its ends in one order: a line enters a closed surface as often as it leaves it.
 void add_crossings(const TriangleMesh& mesh, const Eigen::Vector3i& triangle, const Lines& lines,
-                   std::vector<Crossing>& crossings) {
+                   std::vector<LineCrossing>& crossings) {
   const auto corner = [&](int k) -> Vector3d { return mesh.vertices_m.col(triangle[k]); };
   const double low_m = std::min({corner(0).z(), corner(1).z(), corner(2).z()});
   const double high_m = std::max({corner(0).z(), corner(1).z(), corner(2).z()});
@@ -120,14 +120,14 @@ Lines lines_across(const TriangleMesh& mesh, const Eigen::AlignedBox3d& box) {
 /// What tetrahedra count too often: parts of lines in several solids, and less than never, in what is inside out.
 Moments counted_again(const TriangleMesh& mesh, const Eigen::AlignedBox3d& box) {
   const Lines lines = lines_across(mesh, box);
-  std::vector<Crossing> crossings;
+  std::vector<LineCrossing> crossings;
   for (const auto triangle : mesh.triangles.colwise()) add_crossings(mesh, triangle, lines, crossings);
-  std::ranges::sort(crossings, {}, [](const Crossing& c) { return std::tuple(c.line, c.x_m, -c.rise); });
+  std::ranges::sort(crossings, {}, [](const LineCrossing& c) { return std::tuple(c.line, c.x_m, -c.rise); });
   Moments again;
   const double cell_m2 = lines.step_y_m * lines.step_z_m;
   int solids = 0;
   for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
-    const Crossing &from = crossings[i], &to = crossings[i + 1];
+    const LineCrossing &from = crossings[i], &to = crossings[i + 1];
     solids += from.rise;
     if (from.line != to.line) solids = 0;
     const int more = solids - (solids > 0 ? 1 : 0);

@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr Index kLeaf = 8;    // triangles
-constexpr double kFar = 2.5;  // radii of a node, from which on its moments stand for it
+constexpr Index kLeafTriangles = 8;  // triangles
+constexpr double kFarRadii = 2.5;    // radii of a node, from which on its moments stand for it
 
 /// The solid angle of a triangle, seen from the origin [van Oosterom, Strackee 1983].
 double solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
@@ -45,7 +45,7 @@ void WindingNumber::split(const Matrix3Xd& middles_m) {
   nodes_.push_back({0, std::ssize(order_), 0, 0.0, {}, {}, {}});
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Index begin = nodes_[i].begin, end = nodes_[i].end;
-    if (end - begin <= kLeaf) continue;
+    if (end - begin <= kLeafTriangles) continue;
     Eigen::AlignedBox3d box;
     for (Index k = begin; k < end; ++k) box.extend(middles_m.col(order_[k]));
     Index axis = 0;
@@ -82,7 +82,7 @@ double WindingNumber::operator()(const Vector3d& point_m) const {
     open.pop_back();
     const Vector3d r = node.middle_m - point_m;
     const double distance_m = r.norm();
-    if (distance_m > kFar * node.radius_m) {
+    if (distance_m > kFarRadii * node.radius_m) {
       // The integral of n . x / |x|^3, expanded about the middle.
       const double cube = distance_m * distance_m * distance_m;
       angle += (node.area_m2.dot(r) + node.moment_m3.trace()) / cube -

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little, "the numbers of glTF are little-endian");
 
 // Nodes may place a mesh as often as they like: a bound for what a small file asks for.
-constexpr std::size_t kMostCorners = 60'000'000;
+constexpr std::size_t kMostPlaced = 60'000'000;
 
 /// The decoded file.
 struct Gltf {
@@ -253,7 +253,7 @@ void add_primitive(const Gltf& gltf, const json& primitive, const Affine3d& X, M
   const Numbers places = numbers_of(gltf, accessor, 3);
   const std::vector<std::size_t> corners = triangles_of(gltf, primitive, places.count);
   const std::size_t first = mesh.vertices();
-  if (first + places.count + corners.size() > kMostCorners) gltf.fail("has more than 60 million corners");
+  if (first + places.count + corners.size() > kMostPlaced) gltf.fail("has more than 60 million corners");
   for (std::size_t i = 0; i < places.count; ++i) {
     const Vector3d place = X * Vector3d(places.at(i, 0), places.at(i, 1), places.at(i, 2));
     if (!place.allFinite()) gltf.fail("accessor " + std::to_string(accessor) + ": a vertex is not finite");

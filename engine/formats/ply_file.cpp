@@ -24,7 +24,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 using Notes = std::vector<std::string>;
-using Words = std::vector<std::string>;
+using HeaderWords = std::vector<std::string>;
 
 static_assert(std::endian::native == std::endian::little, "binary_little_endian is this machine's order");
 
@@ -78,7 +78,7 @@ struct Header {
   std::vector<Element> elements;
 };
 
-PlyFormat read_format(const ByteSource& source, const Words& words) {
+PlyFormat read_format(const ByteSource& source, const HeaderWords& words) {
   if (words.size() != 3 || words[0] != "format") source.fail_at_line("'format' must follow 'ply'");
   if (words[2] != "1.0") source.fail_at_line("PLY version " + words[2] + " is not read, only 1.0");
   if (words[1] == "ascii") return PlyFormat::kAscii;
@@ -87,7 +87,7 @@ PlyFormat read_format(const ByteSource& source, const Words& words) {
   source.fail_at_line("unknown format '" + words[1] + "'");
 }
 
-Element read_element(const ByteSource& source, const Words& words) {
+Element read_element(const ByteSource& source, const HeaderWords& words) {
   const auto count = words.size() == 3 ? number_in<std::uint64_t>(words[2]) : std::nullopt;
   if (!count) source.fail_at_line("an element needs a name and a count");
   return {words[1], *count, {}};
@@ -101,7 +101,7 @@ const Type* require_type(const ByteSource& source, std::string_view name) {
   source.fail_at_line("unknown type '" + std::string(name) + "', PLY has " + join(names, ", "));
 }
 
-Property read_property(const ByteSource& source, const Words& words) {
+Property read_property(const ByteSource& source, const HeaderWords& words) {
   const bool is_list = words.size() == 5 && words[1] == "list";
   if (!is_list && words.size() != 3) source.fail_at_line("a property needs a type and a name");
   const Type* const type = require_type(source, words[words.size() - 2]);
@@ -111,9 +111,9 @@ Property read_property(const ByteSource& source, const Words& words) {
 }
 
 /// Returns the words of the next line of the header that has any, in small letters.
-Words header_words(ByteSource& source) {
+HeaderWords header_words(ByteSource& source) {
   for (;;) {
-    Words words;
+    HeaderWords words;
     for (const std::string_view word : words_of(source.take_line())) words.push_back(lower_case(word));
     if (!words.empty()) return words;
   }
@@ -134,11 +134,11 @@ void pass_over(const ByteSource& source, const std::string& word, Notes& notes) 
 
 Header read_header(ByteSource& source, Notes& notes) {
   if (source.left() == 0) source.fail("the file is empty");
-  if (source.has_blank_rest() || header_words(source) != Words{"ply"}) source.fail("not a PLY file");
+  if (source.has_blank_rest() || header_words(source) != HeaderWords{"ply"}) source.fail("not a PLY file");
   Header header;
   bool has_format = false;
   for (;;) {
-    const Words words = header_words(source);
+    const HeaderWords words = header_words(source);
     if (words[0] == "comment" || words[0] == "obj_info") continue;
     if (!has_format && words[0] == "format") {
       header.format = read_format(source, words);

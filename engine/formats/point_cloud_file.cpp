@@ -32,16 +32,16 @@ constexpr double kSmallest_m = 1e-3, kLargest_m = 2.0;
 template <typename Keeps>
 Index keep_points(PointCloud& cloud, const Keeps& keeps) {
   const bool has_normals = cloud.normals.cols() > 0;
-  Index kept = 0;
+  Index remaining = 0;
   for (Index i = 0; i < cloud.points_m.cols(); ++i) {
     if (!keeps(i)) continue;
-    cloud.points_m.col(kept) = cloud.points_m.col(i);
-    if (has_normals) cloud.normals.col(kept) = cloud.normals.col(i);
-    ++kept;
+    cloud.points_m.col(remaining) = cloud.points_m.col(i);
+    if (has_normals) cloud.normals.col(remaining) = cloud.normals.col(i);
+    ++remaining;
   }
-  const Index left_out = cloud.points_m.cols() - kept;
-  cloud.points_m.conservativeResize(3, kept);
-  if (has_normals) cloud.normals.conservativeResize(3, kept);
+  const Index left_out = cloud.points_m.cols() - remaining;
+  cloud.points_m.conservativeResize(3, remaining);
+  if (has_normals) cloud.normals.conservativeResize(3, remaining);
   return left_out;
 }
 
