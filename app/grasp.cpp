@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iostream>
 #include <iterator>
@@ -59,8 +58,10 @@ bool is_scene(const Options& options) {
 ObjectWish wish_of(const Options& options, const fs::path& object) {
   ObjectWish wish{.object = object, .hand = hand_file(options)};
   if (!options.unit.empty()) {
-    wish.unit_m =
-        read_quantity((std::isdigit(options.unit.front()) ? "" : "1 ") + options.unit, Dimension::kLength).value;
+    wish.unit_m = read_unit(options.unit).value;
+    if (!(wish.unit_m > 0.0)) {
+      throw ConfigError({{"--unit", "", options.unit + " is not above 0: it is what 1 in the object's file measures"}});
+    }
   }
   wish.mass_kg = value_or(options.mass, Dimension::kMass, wish.mass_kg);
   wish.friction = options.friction.value_or(wish.friction);
@@ -201,7 +202,7 @@ int grasp(const Options& options) {
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::vector<std::string> notes;
   const ImplicitSurface surface = make_object_surface(subject.scene, notes);
-  if (!is_scene(options)) subject.scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
+  if (!is_scene(options)) subject.scene.object.centre_of_mass_m = object_centroid_m(subject.scene, surface, notes);
   print_object_notes(notes, options.quiet);
   SearchWatch watch(options.quiet);
   const GraspWish& wish = *subject.scene.grasp;

@@ -173,12 +173,7 @@ void add_object(CLI::App& command, Options& options) {
       ->check(named());
   command.add_option("--unit", options.unit, "What 1 in the object's file measures, such as mm; default: m")
       ->type_name("UNIT")
-      ->check({[](const std::string& text) -> std::string {
-                 const bool is_length = read_quantity(text, Dimension::kLength).fault.empty();
-                 const bool is_unit = read_quantity("1 " + text, Dimension::kLength).fault.empty();
-                 return is_length || is_unit ? "" : text + " is no unit of length, such as mm or '25.4 mm'";
-               },
-               ""});
+      ->check({[](const std::string& text) { return read_unit(text).fault; }, ""});
   command.add_option("--mass", options.mass, "The object's mass, such as 80g; default: 100 g")
       ->type_name("M")
       ->check(quantity(Dimension::kMass, 1e-6, 1e3, "80g"));

@@ -65,6 +65,13 @@ void add_core(CLI::App& command, int& core) {
                ""});
 }
 
+Quantity read_unit(const std::string& text) {
+  Quantity unit = read_quantity(text, Dimension::kLength);
+  if (!unit.fault.empty()) unit = read_quantity("1 " + text, Dimension::kLength);
+  if (!unit.fault.empty()) unit.fault = text + " is no unit of length, such as mm or '25.4 mm'";
+  return unit;
+}
+
 std::string with_unit(const std::string& text) { return number_in<double>(text) ? text + " s" : text; }
 
 CLI::Validator some_time() {

@@ -35,6 +35,8 @@ struct RateFlags {
 /// Returns a check for CLI11 that a text is a quantity within [low, high]: the error, or nothing.
 [[nodiscard]] CLI::Validator quantity(Dimension dimension, double low, double high, const char* example);
 [[nodiscard]] double time_s(const std::string& text);
+/// Reads what 1 in an object's file measures: a unit of length, or a length.
+[[nodiscard]] Quantity read_unit(const std::string& text);
 /// Returns a time with its unit: seconds where it has none.
 [[nodiscard]] std::string with_unit(const std::string& text);
 /// Returns a check that a text is a time, with a unit or without.

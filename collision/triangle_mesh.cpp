@@ -4,14 +4,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "collision/blue_noise.h"
+#include "collision/joined_vertices.h"
+#include "collision/mesh_edges.h"
+#include "collision/winding_number.h"
 
 namespace thenar {
 namespace {
@@ -32,6 +37,10 @@ double angle_at(const TriangleMesh& mesh, Index triangle, int corner) {
   const Vector3d a = place(1) - place(0), b = place(2) - place(0);
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
+
+// Triangles around a vertex that are looked at, each from each: more meet in hubs of fans, each as narrow as half a
+// degree, which have the normals of their own.
+constexpr Index kMostAround = 1000;
 
 /// Computes normals at the corners of triangles, three per triangle: the mean of those that meet there, weighted by
 /// their angles and areas, so that a large flat face stays flat beside the small ones of a fillet. Triangles at more
@@ -56,6 +65,10 @@ std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
   for (Index i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
       const int vertex = mesh.triangles(k, i);
+      if (begin[vertex + 1] - begin[vertex] > kMostAround) {
+        normals[i][k] = own[i];
+        continue;
+      }
       Vector3d sum = Vector3d::Zero();
       for (Index at = begin[vertex]; at < begin[vertex + 1]; ++at) {
         const auto [triangle, angle] = around[at];
@@ -67,40 +80,72 @@ std::vector<std::array<Vector3d, 3>> corner_normals(const TriangleMesh& mesh) {
   return normals;
 }
 
-/// Merges the indices of coincident vertices to the least of theirs.
-void join_vertices(TriangleMesh& mesh) {
-  const auto place = [&](int i) {
-    return std::make_tuple(mesh.vertices_m(0, i), mesh.vertices_m(1, i), mesh.vertices_m(2, i));
-  };
-  std::vector<int> order(mesh.vertices_m.cols());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, {}, [&](int i) { return std::make_tuple(place(i), i); });
-  std::vector<int> number(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool is_same = k > 0 && place(order[k]) == place(order[k - 1]);
-    number[order[k]] = is_same ? number[order[k - 1]] : order[k];
-  }
-  for (int& vertex : mesh.triangles.reshaped()) vertex = number[vertex];
+/// The size of the box of all vertices that triangles have [m]; 0 if it is beyond the range of numbers.
+double size_m(const TriangleMesh& mesh) {
+  AlignedBox3d box;
+  for (const int vertex : mesh.triangles.reshaped()) box.extend(mesh.vertices_m.col(vertex));
+  const double size_m = box.isEmpty() ? 0.0 : box.diagonal().norm();
+  return std::isfinite(size_m) ? size_m : 0.0;
 }
 
+/// Returns the triangles with the vertices joined that are no further apart.
+Eigen::Matrix3Xi joined_triangles(const TriangleMesh& mesh, double apart_m) {
+  std::vector<int> used(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
+  std::ranges::sort(used);
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  const std::vector<int> joined = join_vertices(mesh.vertices_m(Eigen::all, used), apart_m);
+  std::vector<int> number(mesh.vertices_m.cols());
+  for (std::size_t i = 0; i < used.size(); ++i) number[used[i]] = used[joined[i]];
+  Eigen::Matrix3Xi triangles = mesh.triangles;
+  for (int& vertex : triangles.reshaped()) vertex = number[vertex];
+  return triangles;
+}
+
+/// Drops triangles of fewer than three vertices, all if none has area. Returns the number of those without area: three
+/// vertices on one line close the gap between the triangles at their sides.
 Index drop_without_area(TriangleMesh& mesh) {
-  Index kept = 0;
+  Index kept = 0, flat = 0;
   for (Index i = 0; i < mesh.triangles.cols(); ++i) {
+    const Eigen::Vector3i t = mesh.triangles.col(i);
     const Vector3d area = area_vector(mesh, i);
-    if (area.isZero(0.0) || !area.allFinite()) continue;
-    mesh.triangles.col(kept++) = mesh.triangles.col(i);
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0] || !area.allFinite()) continue;
+    if (area.isZero(0.0)) ++flat;
+    mesh.triangles.col(kept++) = t;
   }
-  const Index dropped = mesh.triangles.cols() - kept;
+  if (flat == kept) flat = kept = 0;
+  const Index without = mesh.triangles.cols() - kept + flat;
   mesh.triangles.conservativeResize(3, kept);
-  return dropped;
+  return without;
 }
 
-/// One side of a triangle.
-struct Side {
-  int from, to;  ///< The edge, from the lesser vertex to the greater.
-  bool forward;  ///< True if the triangle has it in this direction.
-  Index triangle;
-};
+Index count_open_edges(const std::vector<EdgeSide>& sides) {
+  Index open = 0;
+  for_each_edge(sides, [&](std::size_t begin, std::size_t end) { open += end - begin == 1 ? 1 : 0; });
+  return open;
+}
+
+/// Joins vertices in one place, and drops what has no area then. Returns the sides that are left.
+std::vector<EdgeSide> join(TriangleMesh& mesh, MeshMending& mending) {
+  // What a program computes as zero is some 1e-18 of the size; numbers of single precision, or of seven digits, are off
+  // by some 1e-7 of it. Where joining the former leaves a closed surface, the latter are not joined.
+  constexpr double kNear = 1e-9, kFar = 1e-6;
+  const double whole_m = size_m(mesh);
+  TriangleMesh far{{}, mesh.triangles};
+  mesh.triangles = joined_triangles(mesh, kNear * whole_m);
+  mending.dropped = drop_without_area(mesh);
+  std::vector<EdgeSide> sides = sorted_sides(mesh);
+  const Index open = count_open_edges(sides);
+  if (open == 0) return sides;
+  far.vertices_m = mesh.vertices_m;
+  far.triangles = joined_triangles(far, kFar * whole_m);
+  const Index dropped = drop_without_area(far);
+  std::vector<EdgeSide> far_sides = sorted_sides(far);
+  if (count_open_edges(far_sides) >= open) return sides;
+  mesh = std::move(far);
+  mending.dropped = dropped;
+  mending.joined_m = kFar * whole_m;
+  return far_sides;
+}
 
 /// Two triangles that share an edge with no other.
 struct Neighbours {
@@ -108,28 +153,15 @@ struct Neighbours {
   bool agree;  ///< They run along the edge in opposite ways.
 };
 
-std::vector<Neighbours> find_neighbours(const TriangleMesh& mesh, MeshMending& mending) {
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.cols());
-  for (Index i = 0; i < mesh.triangles.cols(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const int from = mesh.triangles(k, i), to = mesh.triangles((k + 1) % 3, i);
-      sides.push_back({std::min(from, to), std::max(from, to), from < to, i});
-    }
-  }
-  std::ranges::sort(sides, {}, [](const Side& side) { return std::make_tuple(side.from, side.to, side.triangle); });
+std::vector<Neighbours> find_neighbours(const std::vector<EdgeSide>& sides, MeshMending& mending) {
   std::vector<Neighbours> neighbours;
-  for (std::size_t first = 0; first < sides.size();) {
-    std::size_t end = first + 1;
-    while (end < sides.size() && sides[end].from == sides[first].from && sides[end].to == sides[first].to) ++end;
+  for_each_edge(sides, [&](std::size_t begin, std::size_t end) {
     ++mending.edges;
-    if (end - first == 1) ++mending.open_edges;
-    if (end - first == 2) {
-      const Side &a = sides[first], &b = sides[first + 1];
-      neighbours.push_back({a.triangle, b.triangle, a.forward != b.forward});
-    }
-    first = end;
-  }
+    if (end - begin == 1) ++mending.open_edges;
+    if (end - begin != 2) return;
+    const EdgeSide &a = sides[begin], &b = sides[begin + 1];
+    neighbours.push_back({a.triangle, b.triangle, a.along != b.along});
+  });
   return neighbours;
 }
 
@@ -199,11 +231,70 @@ void measure(const TriangleMesh& mesh, const std::vector<char>& turned, Part& pa
   }
 }
 
-/// Tests whether an inside-out part may be the cavity of a solid one.
-bool is_cavity(const Part& part, const std::vector<Part>& parts) {
-  return std::ranges::any_of(parts, [&](const Part& other) {
-    return &other != &part && other.volume_m3 > std::abs(part.volume_m3) && other.bounds.contains(part.bounds);
+/// Puts parts together that only close one another: at an edge of several, where triangles run equally often both ways,
+/// but not those of the part. Such are the walls of two solids that touch, where the wall between them is left out.
+void put_together(const std::vector<EdgeSide>& sides, const std::vector<char>& turned, std::vector<Part>& parts) {
+  std::vector<int> part_of(turned.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    for (const Index i : parts[k].triangles) part_of[i] = static_cast<int>(k);
+  }
+  NumberSets together(std::ssize(parts));
+  bool is_any = false;
+  for_each_edge(sides, [&](std::size_t begin, std::size_t end) {
+    if (end - begin <= 2) return;
+    std::vector<std::pair<int, int>> runs;  // of each side, its part and its direction
+    int along = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      runs.emplace_back(part_of[sides[i].triangle], turned[sides[i].triangle] != 0 ? -sides[i].along : sides[i].along);
+      along += runs.back().second;
+    }
+    if (along != 0) return;
+    std::ranges::sort(runs);
+    int open = -1;
+    for (std::size_t i = 0; i < runs.size();) {
+      const int part = runs[i].first;
+      int own = 0;
+      for (; i < runs.size() && runs[i].first == part; ++i) own += runs[i].second;
+      if (own == 0) continue;
+      if (open >= 0) is_any = together.join(open, part) || is_any;
+      open = part;
+    }
   });
+  if (!is_any) return;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    std::vector<Index>& all = parts[together.of(static_cast<Index>(k))].triangles;
+    if (&all == &parts[k].triangles) continue;
+    all.insert(all.end(), parts[k].triangles.begin(), parts[k].triangles.end());
+    parts[k].triangles.clear();
+  }
+  std::erase_if(parts, [](const Part& part) { return part.triangles.empty(); });
+}
+
+/// Tests whether an inside-out part may be the cavity of a solid one: of one of the `largest`.
+bool is_cavity(const Part& part, const std::vector<const Part*>& largest) {
+  return std::ranges::any_of(largest, [&](const Part* other) {
+    return other != &part && other->volume_m3 > std::abs(part.volume_m3) && other->bounds.contains(part.bounds);
+  });
+}
+
+/// Reverses what is inside out: all, if the whole is; parts that are no cavities.
+void reverse_parts(std::vector<Part>& parts, std::vector<char>& turned) {
+  // A file that is inside out as a whole is reversed as a whole, with its cavities.
+  const double whole_m3 = std::accumulate(parts.begin(), parts.end(), 0.0,
+                                          [](double sum, const Part& part) { return sum + part.volume_m3; });
+  if (whole_m3 < 0.0) {
+    for (char& side : turned) side = static_cast<char>(1 - side);
+    for (Part& part : parts) part.volume_m3 *= -1.0;
+  }
+  constexpr std::size_t kMost = 1000;  // Solids with cavities, which are looked at for each part.
+  std::vector<const Part*> largest;
+  for (const Part& part : parts) largest.push_back(&part);
+  std::ranges::stable_sort(largest, std::greater<>(), [](const Part* part) { return part->volume_m3; });
+  if (largest.size() > kMost) largest.resize(kMost);
+  for (const Part& part : parts) {
+    if (part.volume_m3 >= 0.0 || is_cavity(part, largest)) continue;
+    for (const Index i : part.triangles) turned[i] = static_cast<char>(1 - turned[i]);
+  }
 }
 
 /// Tests whether the corner of a polygon between a and c, with the remaining corners `others`, can be cut off: it is
@@ -236,18 +327,29 @@ std::vector<Eigen::Vector3i> cut_polygon(const Eigen::Matrix3Xd& corners) {
     n += a.cross(b);
   }
   std::vector<Eigen::Vector3i> triangles;
-  // Ears are cut off [Meisters 1975] until none is left; whole turns without one end it.
-  for (std::size_t at = 0, without = 0; left.size() >= 3 && without < left.size();) {
+  // Ears are cut off [Meisters 1975] until none is left; whole turns without one end it. A cut changes the corners
+  // beside it: the others, once found to be none, are looked at again where no other is left, which a few times is of
+  // use in polygons with corners on one line.
+  std::vector<char> is_none(left.size(), 0);
+  int looks = 8;
+  for (std::size_t at = 0, without = 0; left.size() >= 3;) {
     const std::size_t size = left.size();
+    if (without == size) {
+      if (looks-- == 0 || size == 3) break;
+      std::ranges::fill(is_none, 0);
+      without = 0;
+    }
     at %= size;
     const int a = left[(at + size - 1) % size], b = left[at], c = left[(at + 1) % size];
-    if (size > 3 && !is_ear(corners, a, b, c, left, n)) {
+    if (size > 3 && (is_none[b] != 0 || !is_ear(corners, a, b, c, left, n))) {
+      is_none[b] = 1;
       ++at;
       ++without;
       continue;
     }
     triangles.emplace_back(a, b, c);
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(at));
+    is_none[a] = is_none[c] = 0;
     without = 0;
   }
   return triangles;
@@ -255,10 +357,10 @@ std::vector<Eigen::Vector3i> cut_polygon(const Eigen::Matrix3Xd& corners) {
 
 MeshMending mend(TriangleMesh& mesh) {
   MeshMending mending;
-  join_vertices(mesh);
-  mending.dropped = drop_without_area(mesh);
+  std::vector<EdgeSide> sides = join(mesh, mending);
+  mending.doubled = remove_doubled_faces(mesh, sides);
   const Index count = mesh.triangles.cols();
-  const std::vector<Neighbours> neighbours = find_neighbours(mesh, mending);
+  const std::vector<Neighbours> neighbours = find_neighbours(sides, mending);
   const Adjacency adjacency = adjacency_of(neighbours, count);
 
   std::vector<char> seen(count, 0), turned(count, 0);
@@ -269,18 +371,9 @@ MeshMending mend(TriangleMesh& mesh) {
   for (const Neighbours& pair : neighbours) {
     if (pair.agree != (turned[pair.a] == turned[pair.b])) ++mending.at_odds;
   }
+  put_together(sides, turned, parts);
   for (Part& part : parts) measure(mesh, turned, part);
-  // A file that is inside out as a whole is reversed as a whole, with its cavities.
-  const double whole_m3 = std::accumulate(parts.begin(), parts.end(), 0.0,
-                                          [](double sum, const Part& part) { return sum + part.volume_m3; });
-  if (whole_m3 < 0.0) {
-    for (char& side : turned) side = static_cast<char>(1 - side);
-    for (Part& part : parts) part.volume_m3 *= -1.0;
-  }
-  for (const Part& part : parts) {
-    if (part.volume_m3 >= 0.0 || is_cavity(part, parts)) continue;
-    for (const Index i : part.triangles) turned[i] = static_cast<char>(1 - turned[i]);
-  }
+  reverse_parts(parts, turned);
   for (Index i = 0; i < count; ++i) {
     if (turned[i] == 0) continue;
     ++mending.turned;
@@ -289,13 +382,18 @@ MeshMending mend(TriangleMesh& mesh) {
   return mending;
 }
 
-PointCloud sample_mesh(const TriangleMesh& mesh, Index count, std::uint32_t seed) {
+PointCloud sample_mesh(const TriangleMesh& mesh, Index count, std::uint32_t seed, double* covered) {
   std::vector<double> areas_m2(mesh.triangles.cols());
   for (Index i = 0; i < mesh.triangles.cols(); ++i) areas_m2[i] = 0.5 * area_vector(mesh, i).norm();
   const double area_m2 = std::accumulate(areas_m2.begin(), areas_m2.end(), 0.0);
   if (!(area_m2 > 0.0) || !std::isfinite(area_m2)) throw std::invalid_argument("the triangles have no area");
   const std::vector<std::array<Vector3d, 3>> normals = corner_normals(mesh);
-  return sample_blue_noise(areas_m2, count, seed, [&](Index triangle, Uniform& uniform) {
+  std::optional<WindingNumber> solids;
+  if (covered != nullptr && has_several_parts(mesh)) solids.emplace(mesh);
+  // Solids touch across a gap that no finger can feel: convex parts that approximate a solid leave some.
+  const double touch_m = 1e-3 * size_m(mesh);
+  Index inside = 0, drawn = 0;
+  const auto draw = [&](Index triangle, Uniform& uniform) -> std::optional<SurfaceSample> {
     // The unit square folded along its diagonal.
     double s = uniform(), t = uniform();
     if (s + t > 1.0) {
@@ -306,8 +404,17 @@ PointCloud sample_mesh(const TriangleMesh& mesh, Index count, std::uint32_t seed
     const Vector3d b = mesh.vertices_m.col(mesh.triangles(1, triangle));
     const Vector3d c = mesh.vertices_m.col(mesh.triangles(2, triangle));
     const auto& [n_a, n_b, n_c] = normals[triangle];
-    return SurfaceSample{a + s * (b - a) + t * (c - a), ((1.0 - s - t) * n_a + s * n_b + t * n_c).normalized()};
-  });
+    const Vector3d p = a + s * (b - a) + t * (c - a);
+    ++drawn;
+    if (solids && (*solids)(p + touch_m * area_vector(mesh, triangle).stableNormalized()) > 0.5) {
+      ++inside;
+      return std::nullopt;
+    }
+    return SurfaceSample{p, ((1.0 - s - t) * n_a + s * n_b + t * n_c).normalized()};
+  };
+  PointCloud cloud = sample_blue_noise(areas_m2, count, seed, draw);
+  if (covered != nullptr) *covered = static_cast<double>(inside) / static_cast<double>(drawn);
+  return cloud;
 }
 
 }  // namespace thenar

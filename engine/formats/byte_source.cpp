@@ -10,12 +10,20 @@ namespace thenar {
 std::vector<std::string_view> words_of(std::string_view line) {
   std::vector<std::string_view> words;
   for (;;) {
-    const std::size_t begin = line.find_first_not_of(" \t\r");
+    const std::size_t begin = line.find_first_not_of(" \t\r\n\v\f");
     if (begin == line.npos) return words;
-    const std::size_t end = std::min(line.find_first_of(" \t\r", begin), line.size());
+    const std::size_t end = std::min(line.find_first_of(" \t\r\n\v\f", begin), line.size());
     words.push_back(line.substr(begin, end - begin));
     line.remove_prefix(end);
   }
+}
+
+ByteSource::ByteSource(const std::filesystem::path& file, std::string_view bytes) : file_(file), bytes_(bytes) {
+  const std::size_t feed = bytes.find('\n'), first = bytes.substr(0, feed).find('\r');
+  if (first == bytes.npos || first + 1 == feed) return;
+  // A carriage return within one line is none of its ends; two before the first line feed are.
+  const bool again = bytes.substr(0, feed).find('\r', first + 1) != bytes.npos;
+  if (again || feed == bytes.npos) line_end_ = '\r';
 }
 
 void ByteSource::fail_at_line(const std::string& what) const {
@@ -26,26 +34,28 @@ void ByteSource::fail_at_byte(const std::string& what) const {
   throw FileError(file_, "byte " + std::to_string(position_) + ": " + what);
 }
 
+void ByteSource::fail_here(const std::string& what) const { takes_lines_ ? fail_at_line(what) : fail_at_byte(what); }
+
 void ByteSource::fail(const std::string& what) const { throw FileError(file_, what); }
 
 std::string_view ByteSource::take_line() {
-  const bool has_end = rest().find('\n') != std::string_view::npos;
-  const auto line = take_any_line();
-  if (!line) ++line_;
-  if (!has_end) fail_at_line("the file is truncated: it ends here");
-  return *line;
+  if (const auto line = take_any_line()) return *line;
+  ++line_;
+  fail_at_line("the file is truncated: it ends here");
 }
 
 std::optional<std::string_view> ByteSource::take_any_line() {
+  takes_lines_ = true;
   if (left() == 0) return std::nullopt;
   ++line_;
-  const std::size_t end = std::min(bytes_.find('\n', position_), bytes_.size());
+  const std::size_t end = std::min(bytes_.find(line_end_, position_), bytes_.size());
   const std::string_view line = bytes_.substr(position_, end - position_);
   position_ = std::min(end + 1, bytes_.size());
   return line;
 }
 
 std::string_view ByteSource::take(std::size_t size, const std::string& what) {
+  takes_lines_ = false;
   if (left() < size) fail_at_byte("the file is truncated: " + what);
   const std::string_view bytes = bytes_.substr(position_, size);
   position_ += size;
@@ -59,10 +69,8 @@ double ByteSource::finite(std::string_view word) const {
   return *number;
 }
 
-void ByteSource::expect_blank_rest() {
-  if (rest().find_first_not_of(" \t\r\n") == std::string_view::npos) return;
-  ++line_;
-  fail_at_line("the header declares less than the file holds");
+bool ByteSource::has_blank_rest() const {
+  return rest().find_first_not_of(std::string_view(" \t\r\n\v\f\0\x1a", 8)) == std::string_view::npos;
 }
 
 }  // namespace thenar

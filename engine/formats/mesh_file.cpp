@@ -11,6 +11,10 @@
 
 #include "engine/formats/byte_source.h"
 #include "engine/formats/files.h"
+#include "engine/formats/gltf_file.h"
+#include "engine/formats/mesh_builder.h"
+#include "engine/formats/plain_text.h"
+#include "engine/formats/ply_file.h"
 #include "engine/formats/text.h"
 
 namespace thenar {
@@ -26,54 +30,9 @@ static_assert(std::endian::native == std::endian::little, "the numbers of a bina
 // Open edges: some hundredths in a scanned mesh, as rims of holes; all in loose triangles.
 constexpr double kMostOpen = 0.1;
 constexpr double kMostAtOdds = 0.01;
-// More corners than the end of any cylinder has; cutting up a face takes their square in time.
-constexpr std::size_t kMostCorners = 1000;
-constexpr std::size_t kMostVertices = 1'000'000'000;  // numbers of vertices are 32 bits wide
 
 using Words = std::vector<std::string_view>;
-
-/// A builder of vertices and triangles in the order of reading.
-class MeshBuilder {
- public:
-  explicit MeshBuilder(const ByteSource& source) : source_(source) {}
-
-  [[nodiscard]] std::size_t vertices() const { return vertices_.size() / 3; }
-
-  void add_vertex(double x, double y, double z) {
-    if (vertices() == kMostVertices) source_.fail("has too many vertices");
-    vertices_.insert(vertices_.end(), {x, y, z});
-  }
-  /// Adds a vertex of three numbers of the last line, from the word `first` on.
-  void add_vertex(const Words& words, std::size_t first) {
-    if (words.size() < first + 3) source_.fail_at_line("a vertex needs three coordinates");
-    add_vertex(source_.finite(words[first]), source_.finite(words[first + 1]), source_.finite(words[first + 2]));
-  }
-  /// Adds a face of the last line by its vertices, counted from 0.
-  void add_face(const std::vector<int>& corners) {
-    if (corners.size() < 3) source_.fail_at_line("a face needs at least three corners");
-    if (corners.size() > kMostCorners) source_.fail_at_line("a face must not have more than 1000 corners");
-    const Eigen::Map<const Eigen::Matrix3Xd> vertices(vertices_.data(), 3, static_cast<Index>(this->vertices()));
-    for (const Eigen::Vector3i& triangle : cut_polygon(vertices(Eigen::all, corners))) {
-      for (const int corner : triangle) triangles_.push_back(corners[corner]);
-    }
-  }
-  /// Adds a triangle of the last three vertices.
-  void add_triangle() {
-    const auto end = static_cast<int>(vertices());
-    triangles_.insert(triangles_.end(), {end - 3, end - 2, end - 1});
-  }
-
-  [[nodiscard]] TriangleMesh mesh() const {
-    if (triangles_.empty()) source_.fail("has no faces");
-    return {Eigen::Map<const Eigen::Matrix3Xd>(vertices_.data(), 3, std::ssize(vertices_) / 3),
-            Eigen::Map<const Eigen::Matrix3Xi>(triangles_.data(), 3, std::ssize(triangles_) / 3)};
-  }
-
- private:
-  const ByteSource& source_;
-  std::vector<double> vertices_;
-  std::vector<int> triangles_;
-};
+using Notes = std::vector<std::string>;
 
 /// Takes the words of the next line that has any; '#' begins a comment. Nothing at the end of the file.
 std::optional<Words> next_words(ByteSource& source) {
@@ -82,6 +41,33 @@ std::optional<Words> next_words(ByteSource& source) {
     if (!words.empty()) return words;
   }
   return std::nullopt;
+}
+
+/// Fails at the last line if there is a fault.
+void expect_none(const ByteSource& source, const std::string& fault) {
+  if (!fault.empty()) source.fail_at_line(fault);
+}
+
+/// Returns the point of the numbers of the last line from the word `first` on, of which a fourth one divides the
+/// others: a place in homogeneous coordinates.
+Vector3d point_of(const ByteSource& source, const Words& words, std::size_t first, bool has_fourth) {
+  if (words.size() < first + (has_fourth ? 4 : 3)) {
+    source.fail_at_line(has_fourth ? "a vertex needs four coordinates" : "a vertex needs three coordinates");
+  }
+  const auto number = [&](std::size_t i) { return source.finite(words[first + i]); };
+  const Vector3d point(number(0), number(1), number(2));
+  if (!has_fourth) return point;
+  const double w = number(3);
+  const Vector3d divided = point / w;
+  if (!divided.allFinite()) source.fail_at_line("the fourth coordinate, a weight that divides the others, is 0");
+  return divided;
+}
+
+/// Returns the mesh; fails without faces.
+TriangleMesh mesh_of(const ByteSource& source, const MeshBuilder& mesh) {
+  if (mesh.has_faces()) return mesh.mesh();
+  source.fail(mesh.vertices() == 0 ? "has no faces"
+                                   : "has no faces; points alone are read from .ply, .xyz and .pcd files");
 }
 
 // ---- OFF ----
@@ -98,21 +84,47 @@ std::uint64_t whole_number(const ByteSource& source, std::string_view word) {
   return *number;
 }
 
-TriangleMesh parse_off(ByteSource& source) {
-  auto head = next_words(source);
-  if (!head || !head->front().ends_with("OFF")) source.fail("not an OFF file");
-  // The numbers of vertices, faces and edges may stand in the line of the name.
-  head->erase(head->begin());
-  if (head->empty()) head = require_words(source);
-  if (head->size() < 2) source.fail_at_line("needs the numbers of vertices, faces and edges");
-  const std::uint64_t vertices = whole_number(source, (*head)[0]), faces = whole_number(source, (*head)[1]);
-  // Three values in every line, each with a digit and a blank or the line's end after it; the last may have none.
-  if (vertices > source.left() / 6 + 1 || faces > source.left() / 6 + 1) {
-    source.fail(fmt::format("the file is truncated: it cannot hold {} vertices and {} faces", vertices, faces));
+/// The beginning of an OFF file.
+struct OffHead {
+  bool has_fourth = false;  ///< Vertices have a fourth coordinate.
+  std::uint64_t vertices = 0, faces = 0;
+};
+
+OffHead read_off_head(ByteSource& source) {
+  auto words = next_words(source);
+  if (!words) source.fail("not an OFF file");
+  OffHead head;
+  const std::string_view name = words->front();
+  const std::size_t end = lower_case(name).find("off");
+  if (end != name.npos) {
+    if (name.substr(0, end).find('n') != name.npos) source.fail_at_line("nOFF, of any dimension, is not read");
+    head.has_fourth = name.substr(0, end).find('4') != name.npos;
+    // The numbers of vertices, faces and edges may stand in the line of the name, also without a blank.
+    words->front().remove_prefix(end + 3);
+    if (words->front().empty()) words->erase(words->begin());
+    if (!words->empty() && words->front() == "BINARY") source.fail_at_line("OFF BINARY is not read: save it as text");
+    if (words->empty()) words = require_words(source);
+  } else if (!number_in<std::uint64_t>(name)) {  // The name may be left out.
+    source.fail("not an OFF file");
   }
-  MeshBuilder mesh(source);
-  for (std::uint64_t i = 0; i < vertices; ++i) mesh.add_vertex(require_words(source), 0);
-  for (std::uint64_t i = 0; i < faces; ++i) {
+  if (words->size() < 2) source.fail_at_line("needs the numbers of vertices, faces and edges");
+  head.vertices = whole_number(source, (*words)[0]);
+  head.faces = whole_number(source, (*words)[1]);
+  // Three values in every line, each with a digit and a blank or the line's end after it; the last may have none.
+  if (head.vertices > source.left() / 6 + 1 || head.faces > source.left() / 6 + 1) {
+    source.fail(
+        fmt::format("the file is truncated: it cannot hold {} vertices and {} faces", head.vertices, head.faces));
+  }
+  return head;
+}
+
+TriangleMesh parse_off(ByteSource& source) {
+  const OffHead head = read_off_head(source);
+  MeshBuilder mesh;
+  for (std::uint64_t i = 0; i < head.vertices; ++i) {
+    expect_none(source, mesh.add_vertex(point_of(source, require_words(source), 0, head.has_fourth)));
+  }
+  for (std::uint64_t i = 0; i < head.faces; ++i) {
     const Words words = require_words(source);
     const std::uint64_t count = whole_number(source, words[0]);
     // Colours may follow.
@@ -120,15 +132,29 @@ TriangleMesh parse_off(ByteSource& source) {
     std::vector<int> corners;
     for (std::size_t k = 1; k <= count; ++k) {
       const std::uint64_t corner = whole_number(source, words[k]);
-      if (corner >= vertices) source.fail_at_line("there is no vertex " + std::string(words[k]));
+      if (corner >= head.vertices) source.fail_at_line("there is no vertex " + std::string(words[k]));
       corners.push_back(static_cast<int>(corner));
     }
-    mesh.add_face(corners);
+    expect_none(source, mesh.add_face(std::move(corners)));
   }
-  return mesh.mesh();
+  return mesh_of(source, mesh);
 }
 
 // ---- OBJ ----
+
+/// Takes the words of the next line that has any, and of those that it goes on in after a '\\' at its end.
+std::optional<Words> next_obj_words(ByteSource& source) {
+  auto words = next_words(source);
+  while (words && words->back().ends_with('\\')) {
+    words->back().remove_suffix(1);
+    if (words->back().empty()) words->pop_back();
+    const auto line = source.take_any_line();
+    const Words more = line ? words_of(line->substr(0, line->find('#'))) : Words();
+    words->insert(words->end(), more.begin(), more.end());
+    if (words->empty()) words = next_words(source);
+  }
+  return words;
+}
 
 /// Returns the vertex of a corner such as "3", "3/1", "3//2" or, counted from the end, "-1".
 int obj_corner(const ByteSource& source, std::string_view word, std::size_t vertices) {
@@ -140,37 +166,55 @@ int obj_corner(const ByteSource& source, std::string_view word, std::size_t vert
   return static_cast<int>(*number > 0 ? *number - 1 : count + *number);
 }
 
-TriangleMesh parse_obj(ByteSource& source) {
-  MeshBuilder mesh(source);
-  while (const auto words = next_words(source)) {
-    if (words->back().ends_with('\\')) source.fail_at_line("lines that go on in the next one are not read");
-    if (words->front() == "v") mesh.add_vertex(*words, 1);
-    if (words->front() != "f") continue;
+TriangleMesh parse_obj(ByteSource& source, Notes& notes) {
+  MeshBuilder mesh;
+  Index divided = 0;
+  while (const auto words = next_obj_words(source)) {
+    const std::string key = lower_case(words->front());
+    if (key == "v") {
+      // x y z; x y z w; x y z and a colour; x y z w and a colour.
+      const bool has_fourth = words->size() == 5 || words->size() == 8;
+      expect_none(source, mesh.add_vertex(point_of(source, *words, 1, has_fourth)));
+      if (has_fourth && source.finite((*words)[4]) != 1.0) ++divided;
+    }
+    if (key != "f" && key != "fo") continue;  // `fo` is `f` of old
     std::vector<int> corners;
     for (std::size_t k = 1; k < words->size(); ++k) {
       corners.push_back(obj_corner(source, (*words)[k], mesh.vertices()));
     }
-    mesh.add_face(corners);
+    expect_none(source, mesh.add_face(std::move(corners)));
   }
-  return mesh.mesh();
+  if (divided > 0) notes.push_back("divided x y z by w, the fourth coordinate, of " + counted(divided, "corner"));
+  return mesh_of(source, mesh);
 }
 
 // ---- STL ----
 
-constexpr std::size_t kStlTitle = 80, kStlFacet = 50;  // bytes
+constexpr std::size_t kStlTitle = 80, kStlHead = kStlTitle + sizeof(std::uint32_t), kStlFacet = 50;  // bytes
+
+/// Tests for a text of STL, of which titles of binary files, too, may have the first word.
+bool is_text_stl(std::string_view bytes) {
+  if (bytes.substr(0, 512).find('\0') != bytes.npos) return false;
+  const Words words = words_of(bytes.substr(0, 512));
+  if (words.empty()) return false;
+  const std::string first = lower_case(words.front());
+  return first == "solid" || first == "facet" || first.starts_with('#');
+}
 
 /// Returns the number of facets of a binary file; nothing if its size does not match.
 std::optional<std::uint32_t> binary_stl_facets(std::string_view bytes) {
   std::uint32_t facets = 0;
-  if (bytes.size() < kStlTitle + sizeof facets) return std::nullopt;
+  if (bytes.size() < kStlHead) return std::nullopt;
   std::memcpy(&facets, bytes.data() + kStlTitle, sizeof facets);
-  if (bytes.size() != kStlTitle + sizeof facets + kStlFacet * facets) return std::nullopt;
-  return facets;
+  const std::size_t size = kStlHead + kStlFacet * facets;
+  // Some programs write a few bytes more.
+  const bool fits = bytes.size() == size || (bytes.size() > size && bytes.size() - size < kStlFacet);
+  return fits && (bytes.size() == size || !is_text_stl(bytes)) ? std::optional(facets) : std::nullopt;
 }
 
-TriangleMesh parse_binary_stl(ByteSource& source, std::uint32_t facets) {
-  MeshBuilder mesh(source);
-  source.take(kStlTitle + sizeof facets, "it ends here");
+TriangleMesh parse_binary_stl(ByteSource& source, std::uint32_t facets, Notes& notes) {
+  MeshBuilder mesh;
+  source.take(kStlHead, "it ends here");
   for (std::uint32_t i = 0; i < facets; ++i) {
     // A normal, three vertices, and two bytes of no meaning.
     float values[12];
@@ -178,22 +222,25 @@ TriangleMesh parse_binary_stl(ByteSource& source, std::uint32_t facets) {
     for (int k = 3; k < 12; k += 3) {
       const Vector3d vertex(values[k], values[k + 1], values[k + 2]);
       if (!vertex.allFinite()) source.fail_at_byte("the facet before this has a vertex that is not finite");
-      mesh.add_vertex(vertex.x(), vertex.y(), vertex.z());
+      if (const std::string fault = mesh.add_vertex(vertex); !fault.empty()) source.fail(fault);
     }
     mesh.add_triangle();
   }
-  return mesh.mesh();
+  if (!source.has_blank_rest()) {
+    notes.push_back("passed over " + counted(static_cast<Index>(source.left()), "byte") + " behind the last facet");
+  }
+  return mesh_of(source, mesh);
 }
 
 TriangleMesh parse_text_stl(ByteSource& source) {
-  MeshBuilder mesh(source);
+  MeshBuilder mesh;
   std::size_t corners = 0;
   bool is_open = false;
   while (const auto words = next_words(source)) {
-    const std::string_view key = words->front();
+    const std::string key = lower_case(words->front());
     if (key == "solid" || key == "endsolid") is_open = key == "solid";
     if (key == "vertex") {
-      mesh.add_vertex(*words, 1);
+      expect_none(source, mesh.add_vertex(point_of(source, *words, 1, false)));
       ++corners;
     }
     if (key != "endfacet") continue;
@@ -203,30 +250,43 @@ TriangleMesh parse_text_stl(ByteSource& source) {
   }
   if (is_open) source.fail_at_line("the file is truncated: 'endsolid' is missing");
   if (corners > 0) source.fail_at_line("the file is truncated: 'endfacet' is missing");
-  return mesh.mesh();
+  return mesh_of(source, mesh);
 }
 
-TriangleMesh parse_stl(ByteSource& source) {
+TriangleMesh parse_stl(std::string_view bytes, const fs::path& file, Notes& notes) {
   // Binary files, too, may begin with "solid": their size identifies them.
-  if (const auto facets = binary_stl_facets(source.rest())) return parse_binary_stl(source, *facets);
-  if (source.rest().starts_with("solid")) return parse_text_stl(source);
+  ByteSource binary(file, bytes);
+  if (const auto facets = binary_stl_facets(bytes)) return parse_binary_stl(binary, *facets, notes);
+  std::string store;
+  const std::string_view text = plain_text(bytes, file, store);
+  ByteSource source(file, text);
+  if (is_text_stl(text)) return parse_text_stl(source);
   source.fail("neither begins with 'solid' nor has the size that a binary STL file of its facets has");
+}
+
+// ---- PLY ----
+
+TriangleMesh parse_ply_mesh(std::string_view bytes, const fs::path& file, Notes& notes) {
+  PlyFile ply = parse_ply(bytes, file, notes);
+  if (!ply.mesh) throw FileError(file, "has no faces");
+  return std::move(*ply.mesh);
 }
 
 }  // namespace
 
-TriangleMesh parse_mesh(std::string_view bytes, const fs::path& file) {
-  ByteSource source(file, bytes);
+TriangleMesh parse_mesh(std::string_view bytes, const fs::path& file, Notes& notes) {
   const std::string ending = ending_of(file);
+  if (ending == ".stl") return parse_stl(bytes, file, notes);
+  if (ending == ".ply") return parse_ply_mesh(bytes, file, notes);
+  if (ending == ".glb" || ending == ".gltf") return parse_gltf(bytes, file, notes);
+  std::string store;
+  ByteSource source(file, plain_text(bytes, file, store));
   if (ending == ".off") return parse_off(source);
-  if (ending == ".obj") return parse_obj(source);
-  if (ending == ".stl") return parse_stl(source);
-  source.fail("is no mesh: names of meshes end in .obj, .stl or .off");
+  if (ending == ".obj") return parse_obj(source, notes);
+  source.fail("is no mesh: names of meshes end in .obj, .stl, .off, .ply, .glb or .gltf");
 }
 
-PointCloud sample_mesh_file(std::string_view bytes, const fs::path& file, Index samples,
-                            std::vector<std::string>& notes) {
-  TriangleMesh mesh = parse_mesh(bytes, file);
+void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
   const MeshMending mending = mend(mesh);
   if (mesh.triangles.cols() == 0) throw FileError(file, "its faces have no area");
   const auto share = [&](Index edges) { return static_cast<double>(edges) / static_cast<double>(mending.edges); };
@@ -239,13 +299,26 @@ PointCloud sample_mesh_file(std::string_view bytes, const fs::path& file, Index 
                                       100.0 * share(mending.at_odds)));
   }
   if (mending.dropped > 0) notes.push_back(fmt::format("left out {} without area", counted(mending.dropped, "face")));
+  if (mending.doubled > 0) {
+    notes.push_back(fmt::format("left out {} that lie on others", counted(mending.doubled, "face")));
+  }
   if (mending.turned > 0) {
     notes.push_back(
         fmt::format("turned {} of {}, wound the other way", counted(mending.turned, "face"), mesh.triangles.cols()));
   }
+  if (mending.joined_m > 0.0) notes.emplace_back("joined corners that are up to a millionth of the size apart");
   if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {}", counted(mending.open_edges, "open edge")));
+}
+
+PointCloud sample_mended_mesh(const TriangleMesh& mesh, const fs::path& file, Index samples, Notes& notes) {
   try {
-    return sample_mesh(mesh, samples);
+    double covered = 0.0;
+    PointCloud cloud = sample_mesh(mesh, samples, 1, &covered);
+    if (covered > 0.0) {
+      notes.push_back(
+          fmt::format("left out {:.2g} % of the faces, inside of other solids of the mesh", 100.0 * covered));
+    }
+    return cloud;
   } catch (const std::invalid_argument& error) {  // areas beyond the range of numbers
     throw FileError(file, error.what());
   }

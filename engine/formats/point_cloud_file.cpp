@@ -7,10 +7,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "engine/formats/files.h"
 #include "engine/formats/mesh_file.h"
+#include "engine/formats/pcd_file.h"
 #include "engine/formats/ply_file.h"
+#include "engine/formats/text.h"
 #include "engine/formats/text_cloud_file.h"
 
 namespace thenar {
@@ -24,16 +28,45 @@ namespace fs = std::filesystem;
 constexpr Index kMinPoints = 10;
 constexpr double kSmallest_m = 1e-3, kLargest_m = 2.0;
 
+/// Leaves out all but some points, which `keeps` tells by their numbers. Returns the number of those left out.
+template <typename Keeps>
+Index keep_points(PointCloud& cloud, const Keeps& keeps) {
+  const bool has_normals = cloud.normals.cols() > 0;
+  Index remaining = 0;
+  for (Index i = 0; i < cloud.points_m.cols(); ++i) {
+    if (!keeps(i)) continue;
+    cloud.points_m.col(remaining) = cloud.points_m.col(i);
+    if (has_normals) cloud.normals.col(remaining) = cloud.normals.col(i);
+    ++remaining;
+  }
+  const Index left_out = cloud.points_m.cols() - remaining;
+  cloud.points_m.conservativeResize(3, remaining);
+  if (has_normals) cloud.normals.conservativeResize(3, remaining);
+  return left_out;
+}
+
+/// Leaves out points that are missing, as where an organised cloud saw none, and what has no normal.
+void leave_out_missing(PointCloud& cloud, std::vector<std::string>& notes) {
+  const Index no_point = keep_points(cloud, [&](Index i) { return cloud.points_m.col(i).allFinite(); });
+  if (no_point > 0) notes.push_back("left out " + counted(no_point, "point") + " without finite coordinates");
+  if (cloud.normals.cols() == 0) return;
+  const auto has_normal = [&](Index i) {
+    return cloud.normals.col(i).allFinite() && !cloud.normals.col(i).isZero(0.0);
+  };
+  Index missing = 0;
+  for (Index i = 0; i < cloud.normals.cols(); ++i) missing += has_normal(i) ? 0 : 1;
+  if (missing == 0) return;
+  if (2 * missing > cloud.normals.cols()) {
+    cloud.normals.resize(3, 0);
+    notes.push_back("left out the normals, of which " + std::to_string(missing) + " have no length");
+    return;
+  }
+  keep_points(cloud, has_normal);
+  notes.push_back("left out " + counted(missing, "point") + " whose normals have no length");
+}
+
 /// Refuses points that make no surface. `cloud` is as in the file.
 void check_surface(const fs::path& file, const PointCloud& cloud) {
-  const bool has_normals = cloud.normals.cols() > 0;
-  for (Index i = 0; i < cloud.points_m.cols(); ++i) {
-    const std::string vertex = "vertex " + std::to_string(i) + ": ";
-    if (!cloud.points_m.col(i).allFinite()) throw FileError(file, vertex + "the point is not finite");
-    if (!has_normals) continue;
-    if (!cloud.normals.col(i).allFinite()) throw FileError(file, vertex + "the normal is not finite");
-    if (cloud.normals.col(i).isZero(0.0)) throw FileError(file, vertex + "the normal has no length");
-  }
   const Index count = cloud.points_m.cols();
   if (count < kMinPoints) {
     throw FileError(file, "needs at least " + std::to_string(kMinPoints) + " points, has " + std::to_string(count));
@@ -88,33 +121,62 @@ void normalise(Eigen::Matrix3Xd& normals) {
   }
 }
 
+/// Refuses a file whose name does not end as one that is read.
+[[noreturn]] void refuse_kind(const fs::path& file) {
+  const std::string ending = ending_of(file);
+  const std::string read = ".ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd";
+  for (const std::string_view other : {".3mf", ".dae", ".fbx", ".amf", ".wrl", ".x3d", ".iv", ".vtk", ".vtp", ".blend",
+                                       ".3ds", ".usd", ".usdz", ".usda", ".usdc", ".step", ".stp", ".iges", ".igs"}) {
+    if (ending != other) continue;
+    throw FileError(file, fmt::format("files of {} are not read: save the surface as {}, as Blender, MeshLab and CAD "
+                                      "programs do",
+                                      ending, read));
+  }
+  throw FileError(file, "what kind of file is it? Names end in " + read);
+}
+
 }  // namespace
 
 bool is_mesh_file(const fs::path& file) {
   const std::string ending = ending_of(file);
-  return ending == ".obj" || ending == ".stl" || ending == ".off";
+  if (ending != ".ply") {
+    return ending == ".obj" || ending == ".stl" || ending == ".off" || ending == ".glb" || ending == ".gltf";
+  }
+  try {
+    return is_readable(file) && ply_has_faces(read_file(file));
+  } catch (const FileError&) {
+    return false;
+  }
 }
 
 bool is_surface_file(const fs::path& file) {
   const std::string ending = ending_of(file);
-  return is_mesh_file(file) || ending == ".ply" || ending == ".xyz" || ending == ".pcd";
+  return ending == ".ply" || ending == ".xyz" || ending == ".pcd" || is_mesh_file(file);
 }
 
 PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const CloudOptions& options,
                        std::vector<std::string>& notes) {
   const std::string ending = ending_of(file);
   PointCloud cloud;
+  std::optional<TriangleMesh> mesh;
   if (ending == ".ply") {
-    cloud = parse_ply(bytes, file);
+    PlyFile ply = parse_ply(bytes, file, notes);
+    cloud = std::move(ply.cloud);
+    mesh = std::move(ply.mesh);
   } else if (ending == ".xyz") {
-    cloud = parse_xyz(bytes, file);
+    cloud = parse_xyz(bytes, file, notes);
   } else if (ending == ".pcd") {
-    cloud = parse_pcd(bytes, file);
+    cloud = parse_pcd(bytes, file, notes);
   } else if (is_mesh_file(file)) {
-    cloud = sample_mesh_file(bytes, file, options.samples, notes);
+    mesh = parse_mesh(bytes, file, notes);
   } else {
-    throw FileError(file, "what kind of file is it? Names end in .ply, .xyz, .pcd, .obj, .stl or .off");
+    refuse_kind(file);
   }
+  if (mesh) {
+    mend_mesh(*mesh, file, notes);
+    cloud = sample_mended_mesh(*mesh, file, options.samples, notes);
+  }
+  leave_out_missing(cloud, notes);
   check_surface(file, cloud);
   normalise(cloud.normals);
   cloud.points_m *= options.unit_m;

@@ -1,13 +1,16 @@
 #include "engine/formats/text_cloud_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "engine/formats/byte_source.h"
+#include "engine/formats/plain_text.h"
+#include "engine/formats/text.h"
 
 namespace thenar {
 
@@ -16,137 +19,183 @@ namespace {
 using Eigen::Index;
 
 using Words = std::vector<std::string_view>;
+using Notes = std::vector<std::string>;
+/// The values of all lines, one after another.
+using Rows = Eigen::Map<const Eigen::MatrixXd>;
 
-/// Returns the cloud of points and, if they have six values, normals, one after another.
-PointCloud cloud_of(const std::vector<double>& values, std::size_t width) {
-  if (values.empty()) return {};
-  const Eigen::Map<const Eigen::MatrixXd> all(values.data(), static_cast<Index>(width),
-                                              std::ssize(values) / static_cast<Index>(width));
-  if (width == 6) return {all.topRows<3>(), all.bottomRows<3>()};
-  return {all.topRows<3>(), {}};
+/// Tests for a number with a comma in the place of the point: "1,5".
+bool has_decimal_comma(std::string_view word) {
+  const std::size_t comma = word.find(',');
+  const auto is_digit = [&](std::size_t i) { return i < word.size() && word[i] >= '0' && word[i] <= '9'; };
+  return comma != word.npos && comma > 0 && is_digit(comma - 1) && is_digit(comma + 1) &&
+         word.find(',', comma + 1) == word.npos;
 }
 
-/// The header of a PCD file.
-struct PcdHeader {
-  std::vector<std::string> columns;  ///< A name for each value of a line; a field of several has as many.
-  std::uint64_t points = 0;
-};
+/// Returns where a comment begins: at a '#' that is not within a word, as in "-1.#IND".
+std::size_t comment_in(std::string_view line) {
+  for (std::size_t at = line.find('#'); at != line.npos; at = line.find('#', at + 1)) {
+    if (at == 0 || line[at - 1] != '.') return at;
+  }
+  return line.npos;
+}
 
-std::uint64_t whole_number(const ByteSource& source, const Words& words) {
-  const auto number = words.size() == 2 ? number_in<std::uint64_t>(words[1]) : std::nullopt;
-  if (!number) source.fail_at_line(std::string(words[0]) + " must be one whole number");
+/// Splits a line at blanks, commas and semicolons.
+Words words_of_row(const ByteSource& source, std::string_view line) {
+  line = line.substr(0, comment_in(line));
+  const Words blank = words_of(line);
+  if (line.find_first_of(",;") == line.npos) return blank;
+  const bool has_both = line.find(';') != line.npos && line.find(',') != line.npos;
+  if (has_both || (blank.size() > 2 && std::ranges::all_of(blank, has_decimal_comma))) {
+    source.fail_at_line("has commas within its numbers: write points in their place");
+  }
+  Words words;
+  for (std::size_t begin = 0; begin < line.size();) {
+    constexpr std::string_view kBetween = " \t\r\n\v\f,;";
+    begin = std::min(line.find_first_not_of(kBetween, begin), line.size());
+    const std::size_t end = std::min(line.find_first_of(kBetween, begin), line.size());
+    if (begin < end) words.push_back(line.substr(begin, end - begin));
+    begin = end;
+  }
+  return words;
+}
+
+/// A number of a line; nan and its kin also as Microsoft's libraries wrote them, "-1.#IND".
+std::optional<double> number_of(std::string_view word) {
+  return word.find(".#") != word.npos ? std::nan("") : number_in<double>(word);
+}
+
+double require_number(const ByteSource& source, std::string_view word) {
+  const auto number = number_of(word);
+  if (!number) source.fail_at_line("'" + printable(word) + "' is not a number");
   return *number;
 }
 
-/// Returns the fields, each repeated by its number in `counts`.
-std::vector<std::string> columns_of(const ByteSource& source, const std::vector<std::string>& fields,
-                                    const std::vector<std::uint64_t>& counts) {
-  constexpr std::size_t kMostValues = 10'000;  // of a line: a histogram has some hundreds
-  if (!counts.empty() && counts.size() != fields.size()) source.fail("COUNT must have one number for each of FIELDS");
-  std::vector<std::string> columns;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::uint64_t count = counts.empty() ? 1 : counts[i];
-    if (count > kMostValues - columns.size()) source.fail("COUNT makes more than 10000 values of a line");
-    columns.insert(columns.end(), count, fields[i]);
+/// What the lines hold.
+struct Table {
+  std::vector<double> values;
+  std::size_t width = 0;               ///< Values in a line.
+  std::vector<std::string> title;      ///< The words of the line before them.
+  std::optional<std::uint64_t> count;  ///< The number of points, where a line of its own says it.
+};
+
+/// The words of a title, without what they stand in.
+std::vector<std::string> title_of(const Words& words) {
+  std::vector<std::string> title;
+  for (std::string_view word : words) {
+    const std::size_t begin = std::min(word.find_first_not_of("/\"'"), word.size());
+    word = word.substr(begin, word.find_last_not_of("\"'") + 1 - begin);
+    if (!word.empty()) title.push_back(lower_case(word));
+  }
+  return title;
+}
+
+Table read_table(ByteSource& source) {
+  Table table;
+  const auto is_number = [](std::string_view word) { return number_of(word).has_value(); };
+  while (const auto line = source.take_any_line()) {
+    const Words words = words_of_row(source, *line);
+    if (words.empty()) continue;
+    const bool is_first = table.width == 0;
+    const bool is_comment = words[0].starts_with("//");
+    if (is_comment && !is_first) continue;
+    if (is_first && table.title.empty() && (is_comment || !is_number(words[0]))) {
+      table.title = title_of(words);
+      continue;
+    }
+    if (is_first && words.size() == 1 && !table.count) {
+      table.count = number_in<std::uint64_t>(words[0]);
+      if (table.count) continue;
+    }
+    if (is_first) table.width = words.size();
+    if (table.width < 3) {
+      source.fail_at_line("must be x y z or x y z nx ny nz, not " + counted(std::ssize(words), "value"));
+    }
+    if (words.size() != table.width) {
+      source.fail_at_line("has " + std::to_string(words.size()) + " values, the lines before it " +
+                          std::to_string(table.width));
+    }
+    for (const std::string_view word : words) table.values.push_back(require_number(source, word));
+  }
+  return table;
+}
+
+/// Tests whether three columns may be outward normals: nearly all are of unit length, and not all have only positive
+/// values, as colours do.
+bool are_normals(const Rows& rows, Index first) {
+  const auto all = rows.middleRows<3>(first);
+  const Index few = 10;  // Fewer are no surface.
+  Index unit = 0, some = 0;
+  bool is_any_negative = false;
+  for (const auto row : all.colwise()) {
+    if (!row.allFinite() || row.isZero(0.0)) continue;
+    ++some;
+    // With two digits after the point a normal's length is off by some hundredths.
+    if (std::abs(row.stableNorm() - 1.0) < 0.02) ++unit;
+    is_any_negative = is_any_negative || row.minCoeff() < 0.0;
+  }
+  return 10 * unit > 9 * some && (is_any_negative || rows.cols() < few);
+}
+
+/// Returns the columns that a title names so; nothing if it does not name all three, or more than once.
+std::optional<std::array<Index, 3>> named(const Table& table, const std::array<std::string_view, 3>& names) {
+  if (table.title.size() != table.width) return std::nullopt;
+  std::array<Index, 3> columns{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (std::ranges::count(table.title, names[k]) != 1) return std::nullopt;
+    columns[k] = std::ranges::find(table.title, names[k]) - table.title.begin();
   }
   return columns;
 }
 
-PcdHeader read_pcd_header(ByteSource& source) {
-  std::vector<std::string> fields;
-  std::vector<std::uint64_t> counts;
-  std::optional<std::uint64_t> width, height, points;
-  for (;;) {
-    const Words words = words_of(source.take_line());
-    if (words.empty() || words[0].starts_with('#')) continue;
-    const std::string_view key = words[0];
-    if (key == "FIELDS") {
-      fields.assign(words.begin() + 1, words.end());
-    } else if (key == "COUNT") {
-      for (std::size_t i = 1; i < words.size(); ++i) counts.push_back(whole_number(source, {key, words[i]}));
-    } else if (key == "WIDTH") {
-      width = whole_number(source, words);
-    } else if (key == "HEIGHT") {
-      height = whole_number(source, words);
-    } else if (key == "POINTS") {
-      points = whole_number(source, words);
-    } else if (key == "DATA") {
-      if (words != Words{"DATA", "ascii"}) source.fail_at_line("only DATA ascii is read: save it as ascii");
-      break;
-    } else if (key != "VERSION" && key != "SIZE" && key != "TYPE" && key != "VIEWPOINT") {
-      source.fail_at_line("'" + std::string(key) + "' is not expected in the header of a PCD file");
-    }
+std::string in_words(const std::array<Index, 3>& columns) {
+  if (columns[1] == columns[0] + 1 && columns[2] == columns[1] + 1) {
+    return fmt::format("columns {} to {}", columns[0] + 1, columns[2] + 1);
   }
-  if (fields.empty()) source.fail("the header has no FIELDS");
-  if (!points && !width) source.fail("the header has neither POINTS nor WIDTH");
-  // Compared as doubles, whose products do not wrap around.
-  const double declared = width ? static_cast<double>(*width) * static_cast<double>(height.value_or(1)) : 0.0;
-  if (points && width && declared != static_cast<double>(*points)) source.fail("POINTS is not WIDTH times HEIGHT");
-  if (declared > 1e15) source.fail("WIDTH times HEIGHT is more than any file holds");
-  const std::uint64_t count = points.value_or(width.value_or(0) * height.value_or(1));
-  return {columns_of(source, fields, counts), count};
+  return fmt::format("columns {}, {} and {}", columns[0] + 1, columns[1] + 1, columns[2] + 1);
 }
 
-/// Returns the positions of x y z and, if present, the normals in a line.
-std::vector<std::size_t> columns_of_surface(const ByteSource& source, const std::vector<std::string>& columns) {
-  constexpr std::array<std::string_view, 6> kColumns = {"x", "y", "z", "normal_x", "normal_y", "normal_z"};
-  std::vector<std::size_t> found;
-  for (const std::string_view name : kColumns) {
-    const auto first = std::ranges::find(columns, name);
-    if (first == columns.end()) continue;
-    if (std::ranges::count(columns, name) > 1) source.fail("FIELDS has " + std::string(name) + " more than once");
-    found.push_back(static_cast<std::size_t>(first - columns.begin()));
+/// The points and normals of a table.
+PointCloud cloud_of(const Table& table, Notes& notes) {
+  const auto width = static_cast<Index>(table.width);
+  const Rows rows(table.values.data(), width, std::ssize(table.values) / width);
+  const std::array<Index, 3> places = named(table, {"x", "y", "z"}).value_or(std::array<Index, 3>{0, 1, 2});
+  std::optional<std::array<Index, 3>> normals;
+  for (const std::string_view prefix : {"n", "normal_", "normal"}) {
+    const std::string p(prefix);
+    if (!normals) normals = named(table, {p + "x", p + "y", p + "z"});
   }
-  const bool has_points = std::ranges::all_of(kColumns.begin(), kColumns.begin() + 3, [&](std::string_view name) {
-    return std::ranges::find(columns, name) != columns.end();
-  });
-  if (!has_points) source.fail("FIELDS needs x y z");
-  if (found.size() != 3 && found.size() != 6) source.fail("FIELDS needs normal_x normal_y normal_z or none of them");
-  return found;
+  const bool is_named = normals.has_value();
+  for (Index first = 3; !is_named && places[2] == 2 && first + 3 <= width && !normals; ++first) {
+    if (are_normals(rows, first)) normals = {first, first + 1, first + 2};
+  }
+  PointCloud cloud{rows(places, Eigen::all), {}};
+  if (normals) cloud.normals = rows(*normals, Eigen::all);
+  const bool is_plain = places[0] == 0 && places[2] == 2 && (width == 3 || (width == 6 && normals));
+  if (is_plain) return cloud;
+  std::string note = "took " + in_words(places) + " for x y z";
+  if (normals) {
+    note += " and " + in_words(*normals) + " for normals" + (is_named ? "" : ", for they are of unit length");
+  } else if (width == 6) {
+    note += " and columns 4 to 6 for colours: they are not normals, which have unit length and point to all sides";
+  }
+  if (width > (normals ? 6 : 3) && !(width == 6 && !normals)) note += "; the other columns are not read";
+  notes.push_back(note);
+  return cloud;
 }
 
 }  // namespace
 
-PointCloud parse_xyz(std::string_view bytes, const std::filesystem::path& file) {
-  ByteSource source(file, bytes);
-  std::vector<double> values;
-  std::size_t width = 0;
-  while (const auto line = source.take_any_line()) {
-    const Words words = words_of(line->substr(0, line->find('#')));
-    if (words.empty()) continue;
-    if (width == 0) width = words.size();
-    if (width != 3 && width != 6) {
-      source.fail_at_line("must be x y z or x y z nx ny nz, not " + std::to_string(width) + " values");
-    }
-    if (words.size() != width) {
-      source.fail_at_line("has " + std::to_string(words.size()) + " values, the lines before it " +
-                          std::to_string(width));
-    }
-    for (const std::string_view word : words) values.push_back(source.finite(word));
+PointCloud parse_xyz(std::string_view bytes, const std::filesystem::path& file, Notes& notes) {
+  std::string store;
+  ByteSource source(file, plain_text(bytes, file, store));
+  const Table table = read_table(source);
+  if (table.width == 0) return {};
+  const std::size_t points = table.values.size() / table.width;
+  if (table.count && *table.count != points) {
+    source.fail(fmt::format("says that it has {} points, and has {}", *table.count, points));
   }
-  return cloud_of(values, width);
-}
-
-PointCloud parse_pcd(std::string_view bytes, const std::filesystem::path& file) {
-  ByteSource source(file, bytes);
-  const PcdHeader header = read_pcd_header(source);
-  const std::vector<std::size_t> columns = columns_of_surface(source, header.columns);
-  // Also the guard against a header that claims more than the file holds: every value has a digit and a blank.
-  if (header.points > source.left() / (2 * header.columns.size())) {
-    source.fail("the file is truncated: it cannot hold " + std::to_string(header.points) + " points");
-  }
-  std::vector<double> values;
-  values.reserve(header.points * columns.size());
-  for (std::uint64_t i = 0; i < header.points; ++i) {
-    const Words words = words_of(source.take_line());
-    if (words.size() != header.columns.size()) {
-      source.fail_at_line("must have " + std::to_string(header.columns.size()) + " values, has " +
-                          std::to_string(words.size()));
-    }
-    for (const std::size_t column : columns) values.push_back(source.finite(words[column]));
-  }
-  source.expect_blank_rest();
-  return cloud_of(values, columns.size());
+  if (!table.title.empty()) notes.emplace_back("passed over the line before the points");
+  return cloud_of(table, notes);
 }
 
 }  // namespace thenar

@@ -60,7 +60,7 @@ NewScene write_new_scene(const fs::path& file, const ObjectWish& wish) {
   NewScene made;
   const ImplicitSurface surface = make_object_surface(scene, made.notes);
   made.size_m = surface.bounds().sizes();
-  scene.object.centre_of_mass_m = enclosed_centroid_m(surface.cloud());
+  scene.object.centre_of_mass_m = object_centroid_m(scene, surface, made.notes);
   SceneTextNotes notes;
   notes.schema = schema_file();
   const fs::path hand = find_hand(wish.hand.string());

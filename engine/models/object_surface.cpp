@@ -9,12 +9,15 @@
 
 #include "collision/cloud_holes.h"
 #include "collision/cloud_repair.h"
+#include "collision/enclosed_solid.h"
 #include "collision/normal_estimation.h"
 #include "collision/shapes.h"
 #include "engine/formats/files.h"
+#include "engine/formats/mesh_file.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/scene_text.h"
 
 namespace thenar {
 
@@ -106,13 +109,33 @@ void check_holes(const PointCloud& cloud, double support_m, double reach_m, std:
   notes.push_back("bridged " + what);
 }
 
+/// What is wrong with samples whose normals contradict their neighbours', and what would mend it.
+std::string contradiction(const Scene& scene, bool is_estimated, double share) {
+  const auto* const scan = std::get_if<CloudShape>(&scene.object.shape);
+  const std::string much =
+      fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many: ", 100.0 * share,
+                  100.0 * kMostDoubtful);
+  if (scan != nullptr && is_mesh_file(scan->file)) {
+    return much +
+           "the mesh has faces inside its solids, or close to others that face the other way; unite its parts into one "
+           "closed surface, as Blender's modifier Remesh does, or MeshLab's boolean union";
+  }
+  if (is_estimated) {
+    return much +
+           "they were estimated; the points are too few for the thinnest part, or lie in its inside, too: sample "
+           "the surface more densely, or save it as a mesh";
+  }
+  return much + "orient them anew, or leave them out of the file, and they are estimated";
+}
+
 ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes, const StartWatch& begins) {
   const auto tell = [&begins](const char* stage) {
     if (begins) begins(stage);
   };
   tell("the object's samples");
   PointCloud cloud = std::visit(MakeCloud{scene.object.points, notes}, scene.object.shape);
-  if (cloud.normals.cols() == 0) {
+  const bool is_estimated = cloud.normals.cols() == 0;
+  if (is_estimated) {
     estimate_normals(cloud);
     notes.emplace_back("estimated the normals from the points, and turned them outward");
   }
@@ -125,10 +148,7 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
     notes.emplace_back("turned all normals outward: they pointed into the object");
   }
   if (repaired.doubtful_share > kMostDoubtful) {
-    throw std::invalid_argument(
-        fmt::format("{:.0f} % of the normals contradict their neighbours'; {:.0f} % are too many: orient them anew, or "
-                    "leave them out of the file, and they are estimated",
-                    100.0 * repaired.doubtful_share, 100.0 * kMostDoubtful));
+    throw std::invalid_argument(contradiction(scene, is_estimated, repaired.doubtful_share));
   }
   if (repaired.outliers > points / 4) {
     throw std::invalid_argument(
@@ -160,6 +180,24 @@ ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>
         fmt::format("the {} samples of object.points make no surface: they are too few for its thinnest part, or for "
                     "its size, or the shape is no solid",
                     scene.object.points)}});
+}
+
+Vector3d object_centroid_m(const Scene& scene, const ImplicitSurface& surface, std::vector<std::string>& notes) {
+  const auto* const scan = std::get_if<CloudShape>(&scene.object.shape);
+  if (scan == nullptr || !is_mesh_file(scan->file)) return enclosed_centroid_m(surface.cloud());
+  std::vector<std::string> told;  // when the surface was made
+  TriangleMesh mesh = parse_mesh(read_file(scan->file), scan->file, told);
+  mend_mesh(mesh, scan->file, told);
+  mesh.vertices_m *= scan->unit_m;
+  const EnclosedSolid solid = enclosed_solid(mesh);
+  if (!(solid.volume_m3 > 0.0)) return enclosed_centroid_m(surface.cloud());
+  const double size_m = surface.bounds().diagonal().norm();
+  if (solid.error_m > 1e-3 * size_m) {
+    notes.push_back(
+        fmt::format("the centre of mass may be {:.1f} mm off: the mesh is open, and was taken to be flat there",
+                    1e3 * std::min(solid.error_m, size_m)));
+  }
+  return solid.centroid_m;
 }
 
 bool have_same_surface(const Scene& one, const Scene& other) {

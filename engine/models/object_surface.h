@@ -20,6 +20,11 @@ using StartWatch = std::function<void(const char* stage)>;
 [[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes,
                                                   const StartWatch& begins = {});
 
+/// Where the weight of a scene's object acts, equally dense throughout: of a mesh the centroid of the solids that it
+/// encloses, of other surfaces that of their samples. `notes` say how far it may be off for holes. Reads a mesh again.
+[[nodiscard]] Eigen::Vector3d object_centroid_m(const Scene& scene, const ImplicitSurface& surface,
+                                                std::vector<std::string>& notes);
+
 /// Returns true if the two scenes certainly have the same surface.
 [[nodiscard]] bool have_same_surface(const Scene& one, const Scene& other);
 

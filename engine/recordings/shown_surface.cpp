@@ -1,6 +1,8 @@
 #include "engine/recordings/shown_surface.h"
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "collision/closed_surface.h"
 #include "engine/formats/files.h"
@@ -15,7 +17,8 @@ constexpr Eigen::Index kMostTriangles = 100'000;  // 2 MB of a message
 /// The mesh of the object's file; nothing if it is none that can be shown.
 std::optional<TriangleMesh> own_mesh(const CloudShape& scan) try {
   if (!is_mesh_file(scan.file)) return std::nullopt;
-  TriangleMesh mesh = parse_mesh(read_file(scan.file), scan.file);
+  std::vector<std::string> told;  // when the scene was read
+  TriangleMesh mesh = parse_mesh(read_file(scan.file), scan.file, told);
   if (mesh.triangles.cols() > kMostTriangles) return std::nullopt;
   const MeshMending mending = mend(mesh);
   mesh.vertices_m *= scan.unit_m;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "engine/formats/files.h"
 #include "engine/formats/point_cloud_file.h"
 #include "engine/scenes/describe.h"
 #include "engine/scenes/object_bounds.h"
@@ -100,6 +101,14 @@ void describe_centre_of_mass(Visitor& v, ObjectSettings& object) {
   if (!centre_m) v.use_default("centre_of_mass", to_text(object.centre_of_mass_m, kLength));
 }
 
+/// Tests whether a file is of a mesh, which is sampled. Of a .ply its header tells; one that cannot be read is what the
+/// scene takes it for. When a scene is written, the file's name is that for its folder.
+bool is_sampled_file(Visitor& v, const CloudShape& scan, Eigen::Index points) {
+  if (ending_of(scan.file) != ".ply") return is_mesh_file(scan.file);
+  if (!v.reads()) return points > 0;
+  return is_readable(scan.file) ? is_mesh_file(scan.file) : v.has("points");
+}
+
 }  // namespace
 
 void describe(Visitor& v, BoxShape& box) {
@@ -121,7 +130,7 @@ void describe_object(Visitor& v, ObjectSettings& object, bool is_found, bool fin
   v.one_of({"shape", kNone, "", "", "The object's shape, with full sizes; an axis of revolution is z."},
            [&] { describe_shape(v, object.shape); });
   const auto* const scan = std::get_if<CloudShape>(&object.shape);
-  const bool is_sampled = scan == nullptr || is_mesh_file(scan->file);
+  const bool is_sampled = scan == nullptr || is_sampled_file(v, *scan, object.points);
   if (v.when(is_sampled))
     v.key({"points", kNone, "10 .. 1000000", "(Required, but refused with a point cloud, which brings its own.)",
            "The samples of the object's surface."},

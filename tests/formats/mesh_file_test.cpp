@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -96,7 +97,9 @@ struct Outcome {
 Outcome read(const std::string& bytes, const std::string& name) {
   Outcome outcome;
   try {
-    outcome.cloud = sample_mesh_file(bytes, name, 600, outcome.notes);
+    TriangleMesh mesh = parse_mesh(bytes, name, outcome.notes);
+    mend_mesh(mesh, name, outcome.notes);
+    outcome.cloud = sample_mended_mesh(mesh, name, 600, outcome.notes);
   } catch (const FileError& error) {
     outcome.fault = error.what();
   }
@@ -137,7 +140,9 @@ TEST(MeshFile, TurnsFacesAndSaysSo) {
 TEST(MeshFile, RefusesWhatIsNoClosedSurface) {
   EXPECT_EQ(read(obj_box(5), "box.obj").fault,
             "box.obj: is no closed surface: 24 % of its edges have a face on one side only");
-  EXPECT_EQ(read(obj_box(0), "box.obj").fault, "box.obj: has no faces");
+  EXPECT_EQ(read(obj_box(0), "box.obj").fault,
+            "box.obj: has no faces; points alone are read from .ply, .xyz and .pcd files");
+  EXPECT_EQ(read("o box\n", "box.obj").fault, "box.obj: has no faces");
   EXPECT_EQ(read("OFF\n3 1 3\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", "flat.off").fault, "flat.off: its faces have no area");
 }
 
@@ -158,6 +163,7 @@ TEST(MeshFile, RefusesBrokenFiles) {
     return read(bytes.replace(bytes.find(from), from.size(), to), "box.off").fault;
   };
   EXPECT_EQ(read("", "box.off").fault, "box.off: not an OFF file");
+  EXPECT_EQ(read("solid\n", "box.off").fault, "box.off: not an OFF file");
   EXPECT_EQ(read("OFF\n", "box.off").fault, "box.off: line 1: the file is truncated: it ends here");
   EXPECT_EQ(off("8 6 12", "4000000000 6 12"),
             "box.off: the file is truncated: it cannot hold 4000000000 vertices and 6 faces");
@@ -175,7 +181,9 @@ TEST(MeshFile, RefusesBrokenFiles) {
   EXPECT_EQ(obj("f 1 2 0\n"), "box.obj: line 18: there is no vertex 0");
   EXPECT_EQ(obj("f 1 2 -9\n"), "box.obj: line 18: there is no vertex -9");
   EXPECT_EQ(obj("f 1 2\n"), "box.obj: line 18: a face needs at least three corners");
-  EXPECT_EQ(obj("f 1 2 \\\n3\n"), "box.obj: line 18: lines that go on in the next one are not read");
+  EXPECT_EQ(obj("v 1 2 3 0\n"), "box.obj: line 18: the fourth coordinate, a weight that divides the others, is 0");
+  EXPECT_EQ(obj("f 1 2 3 4 1 2 3 4\n"),
+            "box.obj: line 18: a face goes round more than once: from its corner 1 to 2 twice");
   EXPECT_EQ(read("garbage", "box.stl").fault,
             "box.stl: neither begins with 'solid' nor has the size that a binary STL file of its facets has");
   EXPECT_EQ(read("solid\nvertex 0 0 0\nendfacet\n", "box.stl").fault,
@@ -189,12 +197,14 @@ TEST(MeshFile, RefusesBrokenFiles) {
 TEST(MeshFile, ReadsCornersOfEveryKind) {
   // Textures, normals, counting from the end, and a number of vertices in the first line.
   const std::string vertices = "v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0\nv 0 0 1\n";
-  const TriangleMesh obj = parse_mesh(vertices + "f 1/1 3/2 2/3\nf 1//1 2//1 -1//1\nf -4 -1 -2\nf 2 3 4\n", "a.obj");
+  std::vector<std::string> notes;
+  const TriangleMesh obj =
+      parse_mesh(vertices + "f 1/1 3/2 2/3\nf 1//1 2//1 -1//1\nf -4 -1 -2\nf 2 3 4\n", "a.obj", notes);
   EXPECT_EQ(obj.triangles.col(0), Eigen::Vector3i(0, 2, 1));
   EXPECT_EQ(obj.triangles.col(1), Eigen::Vector3i(0, 1, 3));
   EXPECT_EQ(obj.triangles.col(2), Eigen::Vector3i(0, 3, 2));
   const TriangleMesh off =
-      parse_mesh("COFF 3 1 0\n0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n3 0 1 2 9 9 9\n", "a.off");
+      parse_mesh("COFF 3 1 0\n0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n3 0 1 2 9 9 9\n", "a.off", notes);
   EXPECT_EQ(off.triangles.col(0), Eigen::Vector3i(0, 1, 2));
   EXPECT_EQ(off.vertices_m.col(2), Vector3d(0, 1, 0));
 }
@@ -212,6 +222,93 @@ TEST(MeshFile, RefusesEveryTruncation) {
       EXPECT_EQ(outcome.fault.empty(), length + spare >= bytes.size()) << name << " of " << length << " bytes";
     }
   }
+}
+
+/// The bytes of a text in UTF-16, with or without its mark.
+std::string utf16(const std::string& text, bool is_big, bool has_mark) {
+  std::string bytes = !has_mark ? "" : is_big ? "\xFE\xFF" : "\xFF\xFE";
+  for (const char letter : text) {
+    if (is_big) bytes += '\0';
+    bytes += letter;
+    if (!is_big) bytes += '\0';
+  }
+  return bytes;
+}
+
+std::string upper_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(c));
+  return text;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+// The same box, as programs write it in other ways.
+TEST(MeshFile, ReadsWhatOtherReadersRead) {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const auto& [text, name] : std::vector<std::pair<std::string, std::string>>{
+           {off_box(), "box.off"}, {obj_box(), "box.obj"}, {stl_text_box(), "box.stl"}}) {
+    files.emplace_back("\xEF\xBB\xBF" + text, name);
+    files.emplace_back(utf16(text, false, true), name);
+    files.emplace_back(utf16(text, true, true), name);
+    files.emplace_back(utf16(text, false, false), name);
+    files.emplace_back(utf16(text, true, false), name);
+    files.emplace_back(replaced(text, "\n", "\r"), name);
+    files.emplace_back(replaced(text, "\n", "\r\n"), name);
+    files.emplace_back(replaced(text, "\n", "\r\r\n"), name);
+    files.emplace_back(text.substr(0, text.size() - 1), name);
+    files.emplace_back(upper_case(text), name);
+    files.emplace_back("\n \t" + text, name);
+    files.emplace_back(replaced(text, "80.000000", "+8.0E+01"), name);
+    files.emplace_back(text + std::string(100, '\0'), name);
+  }
+  files.emplace_back(stl_binary_box() + "\n", "box.stl");
+  files.emplace_back(stl_binary_box() + std::string(49, 'x'), "box.stl");
+  files.emplace_back("solid" + stl_binary_box().substr(5) + "x", "box.stl");
+  files.emplace_back(replaced(obj_box(), "f 1 5 7 3", "f 1 5 \\\n7 \\\r\n 3"), "box.obj");
+  files.emplace_back(replaced(off_box(), "OFF\n# made by hand\n", ""), "box.off");
+  files.emplace_back(replaced(off_box(), "OFF\n# made by hand\n", "OFF"), "box.off");
+  for (const auto& [bytes, name] : files) {
+    SCOPED_TRACE(name + " that begins with " + bytes.substr(0, 20) + " and has " + std::to_string(bytes.size()));
+    const Outcome box = read(bytes, name);
+    ASSERT_EQ(box.fault, "");
+    ASSERT_EQ(box.cloud.points_m.cols(), 600);
+    const std::string plain = name == "box.off" ? off_box() : name == "box.obj" ? obj_box() : stl_text_box();
+    EXPECT_TRUE(box.cloud.points_m == read(plain, name).cloud.points_m);
+  }
+  EXPECT_EQ(read(stl_binary_box() + "xy", "box.stl").notes.at(0), "passed over 2 bytes behind the last facet");
+  EXPECT_NE(read(stl_binary_box() + std::string(50, 'x'), "box.stl").fault, "");
+}
+
+TEST(MeshFile, DividesByAFourthCoordinate) {
+  std::string obj, off = "4OFF\n8 6 12\n";
+  for (int i = 0; i < 8; ++i) {
+    const double w = i % 2 == 0 ? 2.0 : 0.5;
+    obj += "v " + text(w * corner(i)) + " " + std::to_string(w) + "\n";
+    off += text(w * corner(i)) + " " + std::to_string(w) + "\n";
+  }
+  const std::string plain = obj_box();
+  const Outcome divided = read(obj + plain.substr(plain.find("f ")), "box.obj");
+  EXPECT_TRUE(divided.cloud.points_m == read(plain, "box.obj").cloud.points_m);
+  EXPECT_EQ(divided.notes.at(0), "divided x y z by w, the fourth coordinate, of 8 corners");
+  const std::string plain_off = off_box();
+  EXPECT_TRUE(read(off + plain_off.substr(plain_off.find("4 0 4")), "box.off").cloud.points_m ==
+              divided.cloud.points_m);
+  EXPECT_EQ(read("nOFF\n4\n", "a.off").fault, "a.off: line 1: nOFF, of any dimension, is not read");
+  EXPECT_EQ(read("OFF BINARY\n", "a.off").fault, "a.off: line 1: OFF BINARY is not read: save it as text");
+}
+
+// A corner that is named twice in a row is one.
+TEST(MeshFile, LeavesOutCornersThatRepeat) {
+  const Outcome box = read(obj_box() + "f 1 1 2 2\nf 1 2 2 1\n", "box.obj");
+  EXPECT_EQ(box.fault, "");
+  EXPECT_EQ(box.notes.at(0), "left out 2 faces without area");
+  EXPECT_TRUE(read(replaced(obj_box(), "f 1 5 7 3", "f 1 1 5 7 7 7 3 1"), "box.obj").cloud.points_m ==
+              read(obj_box(), "box.obj").cloud.points_m);
 }
 
 }  // namespace

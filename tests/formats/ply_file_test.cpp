@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,9 +28,7 @@ constexpr double kUnit_m = 0.1;
 
 PointCloud read(const std::string& bytes, double unit_m = kUnit_m) {
   std::vector<std::string> notes;
-  PointCloud cloud = parse_cloud(bytes, "cloud.ply", {.unit_m = unit_m}, notes);
-  EXPECT_TRUE(notes.empty());
-  return cloud;
+  return parse_cloud(bytes, "cloud.ply", {.unit_m = unit_m, .samples = 100}, notes);
 }
 
 /// What is said of these bytes, after the file's name; empty if they are read.
@@ -159,7 +158,7 @@ TEST(PlyFile, SkipsOtherPropertiesAndElements) {
       "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nobj_info none\r\nelement camera 2\r\nproperty float fov\r\n"
       "element vertex 10\r\nproperty uchar red\r\nproperty double nx\r\nproperty double ny\r\nproperty double nz\r\n"
       "property list uchar int neighbours\r\nproperty float x\r\nproperty float y\r\nproperty float z\r\n"
-      "element face 2\r\nproperty list uchar int vertex_indices\r\nend_header\r\n";
+      "element polygon 2\r\nproperty list uchar int vertex_indices\r\nend_header\r\n";
   std::string body = "45\r\n50\r\n";
   for (int i = 0; i < 10; ++i) {
     body += "255 0 1 0 " + std::string(i % 2 == 0 ? "0" : "3 7 8 9") + " " + std::to_string(i % 5) + " 2 " +
@@ -178,7 +177,7 @@ std::string binary_with_all_types() {
       "ply\nformat binary_little_endian 1.0\nelement camera 2\nproperty ushort a\nproperty list short double b\n"
       "element vertex 12\nproperty char c\nproperty float x\nproperty short y\nproperty double z\nproperty uint d\n"
       "property list uint8 float32 e\nproperty int8 nx\nproperty int32 ny\nproperty float64 nz\n"
-      "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+      "element polygon 1\nproperty list uchar int vertex_indices\nend_header\n";
   for (int i = 0; i < 2; ++i) {
     append(bytes, std::uint16_t{7});
     append(bytes, std::int16_t{2});
@@ -217,7 +216,10 @@ TEST(PlyFile, RefusesEveryTruncation) {
        {saved(spiral(12), PlyFormat::kAscii), saved(spiral(12), PlyFormat::kBinaryLittleEndian),
         saved(spiral(12), PlyFormat::kBinaryBigEndian), binary_with_all_types(), kHeader + joined(ten_rows())}) {
     ASSERT_EQ(fault_of(whole), "");
-    for (std::size_t length = 0; length < whole.size(); ++length) {
+    // Of a text's last number, where it is no number any more.
+    const bool is_text = whole.find("ascii") != std::string::npos;
+    const std::size_t enough = is_text ? whole.find_last_of(' ') + 2 : whole.size();
+    for (std::size_t length = 0; length < enough; ++length) {
       EXPECT_NE(fault_of(whole.substr(0, length)), "") << "of " << length << " bytes";
     }
   }
@@ -258,7 +260,9 @@ TEST(PlyFile, RefusesWrongHeaders) {
   EXPECT_EQ(with("element vertex 10\n", ""), "line 3: 'property' is not expected in the header here");
   EXPECT_EQ(with("element vertex 10", "element point 10"), "needs one element 'vertex'");
   EXPECT_EQ(with("element vertex 10", "element vertex 0\nelement vertex 10"), "needs one element 'vertex'");
-  EXPECT_EQ(with("property float z", "property half z"), "line 6: unknown type");
+  EXPECT_EQ(with("property float z", "property half z"),
+            "line 6: unknown type 'half', PLY has char, uchar, short, ushort, int, uint, float, double");
+  EXPECT_EQ(with("property float z", "property list int64 int z").substr(0, 28), "line 6: unknown type 'int64'");
   EXPECT_EQ(with("property float z", "property float"), "line 6: a property needs a type and a name");
   EXPECT_EQ(with("property float z", "property list float int z"),
             "line 6: the length of a list must be a whole number");
@@ -297,7 +301,7 @@ TEST(PlyFile, RefusesWrongRows) {
   EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "1 2 3 4 5 6 7")), line(4) + "too many values for one vertex");
   EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "1 2 3 4 5 six")), line(4) + "'six' is not a number");
   EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "1 2 3 4 5 6mm")), line(4) + "'6mm' is not a number");
-  EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "")), line(4) + "too few values for one vertex");
+  EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "")), line(10) + "the file is truncated: it ends here");
   const std::string list = replaced(kHeader, "end_header", "property list int int faces\nend_header");
   for (const char* length : {"-1", "1e300", "nan", "7 1"}) {
     std::vector<std::string> rows = ten_rows();
@@ -308,10 +312,9 @@ TEST(PlyFile, RefusesWrongRows) {
 }
 
 TEST(PlyFile, RefusesValuesThatAreNoSurface) {
-  EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "1 nan 3 0 0 1")), "vertex 4: the point is not finite");
-  EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "inf 2 3 0 0 1")), "vertex 4: the point is not finite");
-  EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "1 2 3 0 -inf 1")), "vertex 4: the normal is not finite");
-  EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, "1 2 3 0 -0 0")), "vertex 4: the normal has no length");
+  for (const char* row : {"1 nan 3 0 0 1", "inf 2 3 0 0 1", "1 2 3 0 -inf 1", "1 2 3 0 -0 0"}) {
+    EXPECT_EQ(fault_of(kHeader + ten_rows_with(4, row)), "needs at least 10 points, has 9") << row;
+  }
   EXPECT_EQ(fault_of(replaced(kHeader, "vertex 10", "vertex 9") + joined({9, "1 2 3 0 0 1"})),
             "needs at least 10 points, has 9");
   EXPECT_EQ(fault_of(replaced(kHeader, "vertex 10", "vertex 0")), "needs at least 10 points, has 0");
@@ -341,6 +344,82 @@ TEST(PlyFile, RefusesBadBinaryLists) {
     whole += std::string(480, '\0');
     EXPECT_EQ(fault_of(whole), "byte " + start + ": " + fault);
   }
+}
+
+/// Points that are missing, as where an organised cloud saw none, are left out, and told.
+TEST(PlyFile, LeavesOutWhatIsMissing) {
+  std::vector<std::string> rows = ten_rows(), notes;
+  rows.insert(rows.begin() + 3, {"nan nan nan 0 0 1", "9 9 9 0 nan 0", "7 7 7 0 0 0"});
+  const std::string header = replaced(kHeader, "vertex 10", "vertex 13");
+  const PointCloud cloud = parse_cloud(header + joined(rows), "cloud.ply", {.unit_m = kUnit_m}, notes);
+  EXPECT_EQ(cloud.points_m, read(kHeader + joined(ten_rows())).points_m);
+  EXPECT_EQ(notes, (std::vector<std::string>{"left out 1 point without finite coordinates",
+                                             "left out 2 points whose normals have no length"}));
+  // Without any length they are none.
+  std::vector<std::string> zero;
+  for (const std::string& row : ten_rows()) zero.push_back(row.substr(0, row.size() - 1) + "0");
+  EXPECT_EQ(read(kHeader + joined(zero)).normals.cols(), 0);
+}
+
+TEST(PlyFile, PassesOverWhatOthersPassOver) {
+  const PointCloud plain = read(kHeader + joined(ten_rows()));
+  const std::string rows = joined(ten_rows());
+  for (const std::string& bytes :
+       {kHeader + rows.substr(0, rows.size() - 1), "\xEF\xBB\xBF" + kHeader + rows, "\n " + kHeader + rows,
+        replaced(kHeader, "ply", "PLY") + rows, replaced(kHeader, "1.0\n", "1.0\nMade by hand, in 2005\n") + rows,
+        kHeader + rows + "\n \n", kHeader + rows + "the end\n", kHeader + rows + std::string(300, '\0'),
+        kHeader + "\n" + rows}) {
+    EXPECT_EQ(read(bytes).points_m, plain.points_m) << bytes.substr(0, 60);
+  }
+  std::string returns = kHeader + rows;
+  std::ranges::replace(returns, '\n', '\r');
+  EXPECT_EQ(read(returns).points_m, plain.points_m);
+  EXPECT_EQ(fault_of(replaced(kHeader, "element", "elemnt") + rows),
+            "line 3: 'elemnt' is not expected in the header here, did you mean 'element'?");
+  const std::string binary = saved(spiral(20), PlyFormat::kBinaryBigEndian);
+  EXPECT_EQ(read(binary + "\n").points_m, read(binary).points_m);
+  EXPECT_EQ(read(binary + std::string(47, 'x')).points_m, read(binary).points_m);
+  EXPECT_NE(fault_of(binary + std::string(48, 'x')), "");
+}
+
+/// A box of 2 x 3 x 4, its faces as strips, with another element between.
+std::string strips(bool before) {
+  std::string vertices;
+  for (int i = 0; i < 8; ++i) {
+    vertices += std::to_string(2 * (i & 1)) + " " + std::to_string(3 * (i >> 1 & 1)) + " " +
+                std::to_string(4 * (i >> 2 & 1)) + "\n";
+  }
+  const std::string list = "element tristrips 1\nproperty list int int vertex_indices\n";
+  const std::string points = "element vertex 8\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "21 0 2 1 3 5 7 4 6 0 2 -1 0 1 4 5 -1 2 6 3 7 -1\n";
+  return "ply\nformat ascii 1.0\n" + (before ? list + points : points + list) + "end_header\n" +
+         (before ? faces + vertices : vertices + faces);
+}
+
+TEST(PlyFile, ReadsFacesBeforeVerticesAndStrips) {
+  for (const bool before : {false, true}) {
+    std::vector<std::string> notes;
+    const PlyFile ply = parse_ply(strips(before), "box.ply", notes);
+    ASSERT_TRUE(ply.mesh);
+    double volume = 0.0;
+    for (const auto& t : ply.mesh->triangles.colwise()) {
+      const Vector3d a = ply.mesh->vertices_m.col(t[0]), b = ply.mesh->vertices_m.col(t[1]);
+      volume += a.dot(b.cross(Vector3d(ply.mesh->vertices_m.col(t[2])))) / 6.0;
+    }
+    EXPECT_EQ(ply.mesh->triangles.cols(), 12);
+    EXPECT_NEAR(std::abs(volume), 24.0, 1e-12);
+    EXPECT_TRUE(ply_has_faces(strips(before)));
+  }
+  EXPECT_FALSE(ply_has_faces(kHeader));
+  EXPECT_FALSE(ply_has_faces(replaced(kHeader, "end_", "element face 0\nproperty list uchar int vertex_index\nend_")));
+  const auto wrong = [](const std::string& from, const std::string& to) {
+    return fault_of(replaced(strips(false), from, to));
+  };
+  EXPECT_EQ(wrong("-1 2 6 3 7", "-1 2 6 3 8"), "face 11: there is no vertex 8");
+  EXPECT_EQ(wrong("-1 2 6 3 7", "-1 2 6 3 6.5"), "face 11: there is no vertex 6.5");
+  EXPECT_EQ(wrong("2 3 4\n", "2 nan 4\n"), "face 3: its vertex 7 is not finite");
+  EXPECT_EQ(wrong("list int int vertex_indices", "list int int corners"), "");
+  EXPECT_EQ(wrong("list int int vertex_indices", "int corner"), "the element 'tristrips' has no list vertex_indices");
 }
 
 }  // namespace

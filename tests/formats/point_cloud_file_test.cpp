@@ -58,7 +58,11 @@ TEST(PointCloudFile, GoesByTheEndingOfTheName) {
   EXPECT_EQ(fault_of(text, "cube.XYZ"), "");
   EXPECT_EQ(fault_of(text, "cube.ply"), "not a PLY file");
   EXPECT_EQ(fault_of(text, "cube.pcd").substr(0, 7), "line 2:");
-  EXPECT_EQ(fault_of(text, "cube.txt"), "what kind of file is it? Names end in .ply, .xyz, .pcd, .obj, .stl or .off");
+  EXPECT_EQ(fault_of(text, "cube.txt"),
+            "what kind of file is it? Names end in .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd");
+  EXPECT_EQ(fault_of(text, "cube.3mf"),
+            "files of .3mf are not read: save the surface as .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd, as "
+            "Blender, MeshLab and CAD programs do");
   EXPECT_TRUE(is_mesh_file("a/b.STL"));
   EXPECT_TRUE(is_mesh_file("b.obj"));
   EXPECT_TRUE(is_mesh_file("b.off"));

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "engine/formats/files.h"
 
@@ -11,9 +13,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::string fault_of(PointCloud (*parse)(std::string_view, const std::filesystem::path&), const std::string& text) {
+struct Read {
+  PointCloud cloud;
+  std::string note;  ///< The first one.
+};
+
+Read read_xyz(const std::string& text) {
+  std::vector<std::string> notes;
+  const PointCloud cloud = parse_xyz(text, "scan", notes);
+  return {cloud, notes.empty() ? "" : notes.back()};
+}
+
+std::string fault_of(const std::string& text) {
   try {
-    (void)parse(text, "scan");
+    (void)read_xyz(text);
   } catch (const FileError& error) {
     return error.what();
   }
@@ -21,85 +34,108 @@ std::string fault_of(PointCloud (*parse)(std::string_view, const std::filesystem
 }
 
 TEST(TextCloudFile, ReadsXyzWithAndWithoutNormals) {
-  const PointCloud plain = parse_xyz("# a scan\n1 2 3\n\n\t4\t5e-1 -6 # the second\r\n", "scan");
+  const PointCloud plain = read_xyz("# a scan\n1 2 3\n\n\t4\t5e-1 -6 # the second\r\n").cloud;
   ASSERT_EQ(plain.points_m.cols(), 2);
   EXPECT_EQ(plain.points_m.col(0), Vector3d(1, 2, 3));
   EXPECT_EQ(plain.points_m.col(1), Vector3d(4, 0.5, -6));
   EXPECT_EQ(plain.normals.cols(), 0);
   // A last line without an end is common, and nothing says how many there should be.
-  const PointCloud full = parse_xyz("1 2 3 0 0 1\n4 5 6 0 1 0", "scan");
+  const PointCloud full = read_xyz("1 2 3 0 0 1\n4 5 6 0 1 0").cloud;
   ASSERT_EQ(full.points_m.cols(), 2);
   EXPECT_EQ(full.points_m.col(1), Vector3d(4, 5, 6));
   EXPECT_EQ(full.normals.col(1), Vector3d(0, 1, 0));
-  EXPECT_EQ(parse_xyz("", "scan").points_m.cols(), 0);
+  EXPECT_EQ(read_xyz("").cloud.points_m.cols(), 0);
 }
 
 TEST(TextCloudFile, RefusesWrongXyzLines) {
-  EXPECT_EQ(fault_of(parse_xyz, "1 2 3\n1 2\n"), "scan: line 2: has 2 values, the lines before it 3");
-  EXPECT_EQ(fault_of(parse_xyz, "1 2 3\n1 2 3 0 0 1\n"), "scan: line 2: has 6 values, the lines before it 3");
-  EXPECT_EQ(fault_of(parse_xyz, "1 2 3 255\n"), "scan: line 1: must be x y z or x y z nx ny nz, not 4 values");
-  EXPECT_EQ(fault_of(parse_xyz, "x y z\n"), "scan: line 1: 'x' is not a number");
-  EXPECT_EQ(fault_of(parse_xyz, "1,2,3\n"), "scan: line 1: must be x y z or x y z nx ny nz, not 1 values");
-  EXPECT_EQ(fault_of(parse_xyz, "1 2 3\n\n1 nan 3\n"), "scan: line 3: 'nan' is not finite: leave such points out");
-  EXPECT_EQ(fault_of(parse_xyz, "1 2 1e999\n"), "scan: line 1: '1e999' is not a number");
+  EXPECT_EQ(fault_of("1 2 3\n1 2\n"), "scan: line 2: has 2 values, the lines before it 3");
+  EXPECT_EQ(fault_of("1 2 3\n1 2 3 0 0 1\n"), "scan: line 2: has 6 values, the lines before it 3");
+  EXPECT_EQ(fault_of("1 2\n"), "scan: line 1: must be x y z or x y z nx ny nz, not 2 values");
+  EXPECT_EQ(fault_of("x y z\n1 2 x\n"), "scan: line 2: 'x' is not a number");
+  EXPECT_EQ(fault_of("1,5 2,5 3,5\n"), "scan: line 1: has commas within its numbers: write points in their place");
+  EXPECT_EQ(fault_of("1,5;2,5;3,5\n"), "scan: line 1: has commas within its numbers: write points in their place");
+  EXPECT_EQ(fault_of("3\n1 2 3\n4 5 6\n"), "scan: says that it has 3 points, and has 2");
+  EXPECT_EQ(fault_of("1 2 1e999\n"), "scan: line 1: '1e999' is not a number");
 }
 
-const std::string kPcd =
-    "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y rgb histogram z normal_x normal_y normal_z\n"
-    "SIZE 4 4 4 4 4 4 4 4\nTYPE F F F F F F F F\nCOUNT 1 1 1 2 1 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n"
-    "POINTS 2\nDATA ascii\n";
-const std::string kRows = "1 2 4.2e+06 7 8 3 0 0 1\n4 5 nan 7 8 6 0 1 0\n";
-
-std::string with(const std::string& from, const std::string& to) {
-  const std::size_t at = kPcd.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return std::string(kPcd).replace(at, from.size(), to) + kRows;
-}
-
-TEST(TextCloudFile, ReadsPcdAndSkipsOtherFields) {
-  const PointCloud cloud = parse_pcd(kPcd + kRows, "scan");
-  ASSERT_EQ(cloud.points_m.cols(), 2);
-  EXPECT_EQ(cloud.points_m.col(0), Vector3d(1, 2, 3));
-  EXPECT_EQ(cloud.points_m.col(1), Vector3d(4, 5, 6));
-  EXPECT_EQ(cloud.normals.col(0), Vector3d(0, 0, 1));
-  EXPECT_EQ(cloud.normals.col(1), Vector3d(0, 1, 0));
-  const PointCloud plain = parse_pcd("FIELDS x y z\nWIDTH 1\nHEIGHT 1\nDATA ascii\n1 2 3\n", "scan");
-  EXPECT_EQ(plain.points_m.col(0), Vector3d(1, 2, 3));
-  EXPECT_EQ(plain.normals.cols(), 0);
-}
-
-TEST(TextCloudFile, RefusesEveryTruncatedPcd) {
-  const std::string whole = kPcd + kRows;
-  ASSERT_EQ(fault_of(parse_pcd, whole), "");
-  for (std::size_t length = 0; length < whole.size(); ++length) {
-    EXPECT_NE(fault_of(parse_pcd, whole.substr(0, length)), "") << "of " << length << " bytes";
+/// A ball's lines: places, then what `more` appends of the normal.
+template <typename More>
+std::string ball(const More& more, const char* between = " ") {
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    const double z = 1.0 - (i + 0.5) / 20.0, r = std::sqrt(1.0 - z * z), turn = 2.4 * i;
+    const Vector3d n(r * std::cos(turn), r * std::sin(turn), z);
+    const auto add = [&](double value) {
+      text += (text.empty() || text.back() == '\n' ? "" : between) + std::to_string(value);
+    };
+    for (const double value : n) add(25.0 * value);
+    more(i, n, add);
+    text += "\n";
   }
+  return text;
 }
 
-TEST(TextCloudFile, RefusesWrongPcd) {
-  EXPECT_EQ(fault_of(parse_pcd, with("DATA ascii", "DATA binary")),
-            "scan: line 11: only DATA ascii is read: save it as ascii");
-  EXPECT_EQ(fault_of(parse_pcd, with("VERSION", "VERSOIN")),
-            "scan: line 2: 'VERSOIN' is not expected in the header of a PCD file");
-  EXPECT_EQ(fault_of(parse_pcd, with("WIDTH 2", "WIDTH two")), "scan: line 7: WIDTH must be one whole number");
-  EXPECT_EQ(fault_of(parse_pcd, with("WIDTH 2", "WIDTH 3")), "scan: POINTS is not WIDTH times HEIGHT");
-  EXPECT_EQ(fault_of(parse_pcd, with("COUNT 1 ", "COUNT ")), "scan: COUNT must have one number for each of FIELDS");
-  EXPECT_EQ(fault_of(parse_pcd, with("COUNT 1 ", "COUNT 99999999999 ")),
-            "scan: COUNT makes more than 10000 values of a line");
-  EXPECT_EQ(fault_of(parse_pcd, "FIELDS x y z\nWIDTH 4294967296\nHEIGHT 4294967297\nDATA ascii\n1 2 3\n"),
-            "scan: WIDTH times HEIGHT is more than any file holds");
-  EXPECT_EQ(fault_of(parse_pcd, with("FIELDS x", "FIELDS w")), "scan: FIELDS needs x y z");
-  EXPECT_EQ(fault_of(parse_pcd, with("rgb", "x")), "scan: FIELDS has x more than once");
-  EXPECT_EQ(fault_of(parse_pcd, with(" normal_z", " curvature")),
-            "scan: FIELDS needs normal_x normal_y normal_z or none of them");
-  EXPECT_EQ(fault_of(parse_pcd, with("WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2", "POINTS 1")),
-            "scan: line 10: the header declares less than the file holds");
-  EXPECT_EQ(fault_of(parse_pcd, with("WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2", "POINTS 4000000000")),
-            "scan: the file is truncated: it cannot hold 4000000000 points");
-  EXPECT_EQ(fault_of(parse_pcd, kPcd + "1.0 2.0 0 7 8 3 0 0 1\n1 2 0 7 8 3 0 0\n"),
-            "scan: line 13: must have 9 values, has 8");
-  EXPECT_EQ(fault_of(parse_pcd, kPcd + "1 2 0 7 8 3 0 0 1\nnan 2 0 7 8 3 0 0 1\n"),
-            "scan: line 13: 'nan' is not finite: leave such points out");
+TEST(TextCloudFile, TakesColumnsForWhatTheyAre) {
+  const auto nothing = [](int, const Vector3d&, const auto&) {};
+  const auto grey = [](int, const Vector3d&, const auto& add) {
+    for (int k : {180, 170, 160}) add(k);
+  };
+  const auto red = [](int, const Vector3d&, const auto& add) {
+    for (int k : {1, 0, 0}) add(k);
+  };
+  const auto normal = [](int, const Vector3d& n, const auto& add) {
+    for (double x : n) add(x);
+  };
+  const auto intensity = [](int i, const Vector3d&, const auto& add) { add(i); };
+  const auto both = [](const auto& one, const auto& other) {
+    return [&](int i, const Vector3d& n, const auto& add) {
+      one(i, n, add);
+      other(i, n, add);
+    };
+  };
+  const PointCloud plain = read_xyz(ball(nothing)).cloud;
+  EXPECT_EQ(read_xyz(ball(nothing)).note, "");
+  const auto expect = [&](const std::string& text, bool has_normals, const std::string& note) {
+    const Read read = read_xyz(text);
+    EXPECT_EQ(read.cloud.points_m, plain.points_m);
+    EXPECT_EQ(read.cloud.normals.cols(), has_normals ? 40 : 0);
+    if (has_normals) {
+      EXPECT_LT((25.0 * read.cloud.normals - plain.points_m).cwiseAbs().maxCoeff(), 2e-5);
+    }
+    EXPECT_EQ(read.note, note);
+  };
+  const std::string colours =
+      "took columns 1 to 3 for x y z and columns 4 to 6 for colours: they are not normals, which have unit length and "
+      "point to all sides";
+  expect(ball(normal), true, "");
+  expect(ball(grey), false, colours);
+  expect(ball(red), false, colours);
+  expect(ball(intensity), false, "took columns 1 to 3 for x y z; the other columns are not read");
+  expect(ball(both(grey, intensity)), false, "took columns 1 to 3 for x y z; the other columns are not read");
+  expect(ball(both(grey, normal)), true,
+         "took columns 1 to 3 for x y z and columns 7 to 9 for normals, for they are of unit length; the other columns "
+         "are not read");
+  expect(ball(both(intensity, normal)), true,
+         "took columns 1 to 3 for x y z and columns 5 to 7 for normals, for they are of unit length; the other columns "
+         "are not read");
+  const std::string title = "passed over the line before the points";
+  expect("X Y Z\n" + ball(nothing), false, title);
+  expect("//X,Y,Z\n" + ball(nothing, ", "), false, title);
+  expect("40\n" + ball(nothing, ";"), false, "");
+  expect("scan of a ball\n" + ball(nothing, "\t"), false, title);
+  // By the title: what is of another length is a normal, too.
+  const auto twice = [](int, const Vector3d& n, const auto& add) {
+    for (double x : n) add(0.04 * 25.0 * x);
+  };
+  expect("x y z i nx ny nz\n" + ball(both(intensity, twice)), true,
+         "took columns 1 to 3 for x y z and columns 5 to 7 for normals; the other columns are not read");
+}
+
+TEST(TextCloudFile, KeepsMissingValues) {
+  const PointCloud cloud = read_xyz("1 2 3\nnan 1 2\n-1.#IND 1.#QNAN inf\n+1.5 -2 3\n").cloud;
+  ASSERT_EQ(cloud.points_m.cols(), 4);
+  EXPECT_TRUE(std::isnan(cloud.points_m(0, 1)) && std::isnan(cloud.points_m(0, 2)));
+  EXPECT_EQ(cloud.points_m.col(3), Vector3d(1.5, -2, 3));
 }
 
 }  // namespace

@@ -225,7 +225,18 @@ TEST(Scene, ReadsTheUnitOfACloud) {
 
 TEST(Scene, AsksForPointsOfAMeshAlone) {
   EXPECT_EQ(scene_with_shape("cloud: a.stl").object.points, 2000);
-  EXPECT_EQ(fault_of("cloud: a.ply"), "object.points: a point cloud brings its own points: leave this out");
+  EXPECT_EQ(fault_of("cloud: a.pcd"), "object.points: a point cloud brings its own points: leave this out");
+  // Of a .ply its header tells; one that is not there is what the scene takes it for.
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n";
+  const auto folder = std::filesystem::path(THENAR_TEST_OUTPUT) / "points_of_ply";
+  std::filesystem::create_directories(folder);
+  const std::string file = (folder / "a.ply").string();
+  write_file(file, head + "end_header\n");
+  EXPECT_EQ(fault_of("cloud: \"" + file + "\""), "object.points: a point cloud brings its own points: leave this out");
+  write_file(file, head + "element face 1\nproperty list uchar int vertex_indices\nend_header\n");
+  EXPECT_EQ(scene_with_shape("cloud: \"" + file + "\"").object.points, 2000);
+  EXPECT_EQ(scene_with_shape("cloud: missing.ply").object.points, 2000);
 }
 
 TEST(Scene, RefusesShapesThatAreNone) {
