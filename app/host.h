@@ -26,7 +26,7 @@ namespace thenar::app {
 inline constexpr const char* kNoStack =
     "error: the stack is limited to less than 256 kB: raise the limit (ulimit -s)\n";
 
-/// Opens the standard streams that the program was started without, so that no file of ours gets their numbers, and with
+/// Opens the standard streams that the program was started without, so that no file of ours gets their numbers; with
 /// it what others write there. They stay as they seemed: reading or writing them fails.
 inline void hold_standard_streams() {
   struct stat status {};

@@ -52,8 +52,8 @@ class SignalWatch {
   bool raised_ = false;
 };
 
-/// Base of the classes that Python sees, which std::make_shared makes. For an instance that no constructor has made, such as that of `X.__new__(X)`,
-/// pybind11 takes memory from here, and would use it as it is: it gets none.
+/// Base of the classes that Python sees, which std::make_shared makes. For an instance that no constructor has made,
+/// such as that of `X.__new__(X)`, pybind11 takes memory from here, and would use it as it is: it gets none.
 struct Constructed {
   static void* operator new(std::size_t /*bytes*/) {
     throw py::type_error("this instance was never made: call its class, and super().__init__() of a subclass");

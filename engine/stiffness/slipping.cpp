@@ -12,8 +12,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// All slips of a grasp, its joints in equilibrium: they add Q lambda to the forces that restore the object, and w = V X
-/// + G lambda.
+/// All slips of a grasp, its joints in equilibrium: they add Q lambda to the forces that restore the object, and
+/// w = V X + G lambda.
 struct Slips {
   MatrixXd Q, V, G;
 };

@@ -7,8 +7,8 @@
 
 namespace thenar {
 
-/// Returns the object's compliance about its origin, its own axes, of a grasp some of whose contacts are at their cones'
-/// edge: a contact may stick under a push and slip under the opposite one, so the columns are the mean of both.
+/// Returns the object's compliance about its origin, its own axes, of a grasp some of whose contacts are at their
+/// cones' edge: one may stick under a push and slip under the opposite one, so the columns are the mean of both.
 /// Solves for each push the LCP that FingerSlips states, with joints and object in equilibrium.
 ///
 /// sticking, slips  By sticking_stiffness().

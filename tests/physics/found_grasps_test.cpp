@@ -15,8 +15,8 @@
 namespace thenar::found_grasps_test {
 namespace {
 
-// Contact lists are long enough for a ball of 10 mm, which pulps enclose: one that is full drops contacts and takes them
-// back every few ticks, and the forces chatter.
+// Contact lists are long enough for a ball of 10 mm, which pulps enclose: one that is full drops contacts and takes
+// them back every few ticks, and the forces chatter.
 TEST(FoundGrasps, HoldInTheEngine) {
   const Scene base = scene_of("box_grasp", {"contact.friction=0.6", "contact.max_per_finger=60",
                                             "control.grasp={friction: 0.42, internal_force: 2 N}"});
