@@ -176,9 +176,8 @@ poses, and what is a vector a finger is (states, fingers, 3). What a recording d
       .def("__contains__",
            [](const RecordingHandle& self, const py::object& key) {
              if (!py::isinstance<py::str>(key)) return false;
-             const std::string name = text_of(key, "the name of a field");
              const std::vector<std::string> names = names_of_fields(self.run);
-             return std::find(names.begin(), names.end(), name) != names.end();
+             return std::ranges::count(names, text_of(key, "the name of a field")) > 0;
            })
       .def("__len__", [](const RecordingHandle& self) { return self.run.states().rows(); })
       .def("__iter__", [](const RecordingHandle& self) { return py::iter(py::cast(names_of_fields(self.run))); })

@@ -150,9 +150,9 @@ MuscleEffort effort_of(const Hand& hand, const MuscleVector& forces_N) {
   return effort;
 }
 
-/// Returns the stiffness of a finger's muscles whose joints are turned by q - q_0 from where the forces f are theirs. By
-/// the contact tick's law they drive the joints by h (f + x), x = -k h'(q - q_0), of fibres that have yielded a part of
-/// f: minus its derivative by q, with which the arms h change.
+/// Returns the stiffness of a finger's muscles whose joints are turned by q - q_0 from where the forces f are theirs.
+/// By the contact tick's law they drive the joints by h (f + x), x = -k h'(q - q_0), of fibres that have yielded a part
+/// of f: minus its derivative by q, with which the arms h change.
 JointMatrix lengthened_stiffness(const Scene& scene, std::span<const Belly> bellies, int finger,
                                  const MuscleVector& forces_N, const JointVector& turned_rad) {
   const MuscleSettings& settings = *scene.control->muscles;
