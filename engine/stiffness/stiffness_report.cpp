@@ -99,9 +99,8 @@ std::string doubts_text(const StiffnessStudy& study) {
       text += "  not to be trusted: the object still moves, and the figures are of several states\n";
   }
   if (predicted.uncertain > kTrusted) {
-    text += fmt::format(
-        "  not to be trusted beyond {:.2g} %: of the contacts {} slide or nearly do\n",
-        100.0 * predicted.uncertain, predicted.near_sliding);
+    text += fmt::format("  not to be trusted beyond {:.2g} %: of the contacts {} slide or nearly do\n",
+                        100.0 * predicted.uncertain, predicted.near_sliding);
   }
   return text;
 }
