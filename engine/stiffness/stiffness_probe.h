@@ -10,9 +10,9 @@ namespace thenar {
 struct ProbeSettings {
   /// Force and moment of a probe: no contact may reach its cone by them that it did not reach before.
   double force_N = 1e-4, moment_Nm = 1e-6;
-  double rest = 2e-4;                       ///< Remaining share of its motion at which it counts as at rest.
-  double most_s = 10.0;                     ///< Longest wait.
-  double law_s = 0.1;                       ///< Wait if the law continues: eventually integrals undo all motion.
+  double rest = 2e-4;    ///< Remaining share of its motion at which it counts as at rest.
+  double most_s = 10.0;  ///< Longest wait.
+  double law_s = 0.1;    ///< Wait if the law continues: eventually integrals undo all motion.
   /// Share of the scene's viscosities of joints and object in probes with constant excitations: they do not affect the
   /// rest state, only the wait.
   double viscosity = 0.02;

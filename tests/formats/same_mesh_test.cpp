@@ -186,20 +186,19 @@ Gltf gltf(const TriangleMesh& mesh, const std::string& uri) {
       uri.empty() ? ""
                   : ", \"uri\": \"" +
                         (uri == "data" ? "data:application/octet-stream;base64," + base64(file.buffer) : uri) + "\"";
-  file.text =
-      R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [1]}], "nodes": [)"
-      R"({"mesh": 0, "translation": [0, 0, 1]},)"
-      R"({"children": [0], "scale": [0.5, 0.5, 0.5],)"
-      R"("rotation": [0, 0, 0.70710678118654757, 0.70710678118654757]}],)"
-      R"("meshes": [{"primitives": [{"attributes": {"POSITION": 1}, "indices": 0}]}],)"
-      R"("buffers": [{"byteLength": )" +
-      size + where + R"(}], "bufferViews": [{"buffer": 0, "byteLength": )" + size +
-      R"(}, {"buffer": 0, "byteOffset": )" + std::to_string(vertices_at) + R"(, "byteLength": )" +
-      std::to_string(file.buffer.size() - vertices_at) +
-      R"(}], "accessors": [)"
-      R"({"bufferView": 0, "componentType": 5123, "type": "SCALAR", "count": )" +
-      std::to_string(triangles) + R"(}, {"bufferView": 1, "componentType": 5126, "type": "VEC3", "count": )" +
-      std::to_string(mesh.vertices_m.cols()) + "}]}";
+  file.text = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [1]}], "nodes": [)"
+              R"({"mesh": 0, "translation": [0, 0, 1]},)"
+              R"({"children": [0], "scale": [0.5, 0.5, 0.5],)"
+              R"("rotation": [0, 0, 0.70710678118654757, 0.70710678118654757]}],)"
+              R"("meshes": [{"primitives": [{"attributes": {"POSITION": 1}, "indices": 0}]}],)"
+              R"("buffers": [{"byteLength": )" +
+              size + where + R"(}], "bufferViews": [{"buffer": 0, "byteLength": )" + size +
+              R"(}, {"buffer": 0, "byteOffset": )" + std::to_string(vertices_at) + R"(, "byteLength": )" +
+              std::to_string(file.buffer.size() - vertices_at) +
+              R"(}], "accessors": [)"
+              R"({"bufferView": 0, "componentType": 5123, "type": "SCALAR", "count": )" +
+              std::to_string(triangles) + R"(}, {"bufferView": 1, "componentType": 5126, "type": "VEC3", "count": )" +
+              std::to_string(mesh.vertices_m.cols()) + "}]}";
   return file;
 }
 
