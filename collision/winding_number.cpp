@@ -42,7 +42,7 @@ WindingNumber::WindingNumber(const TriangleMesh& mesh) : order_(mesh.triangles.c
 
 void WindingNumber::split(const Matrix3Xd& middles_m) {
   if (order_.empty()) return;
-  nodes_.push_back({0, std::ssize(order_), 0, 0.0, {}, {}, {}});
+  nodes_.push_back({.begin = 0, .end = std::ssize(order_)});
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const Index begin = nodes_[i].begin, end = nodes_[i].end;
     if (end - begin <= kLeafTriangles) continue;
@@ -54,8 +54,8 @@ void WindingNumber::split(const Matrix3Xd& middles_m) {
     std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end,
                      [&](Index a, Index b) { return middles_m(axis, a) < middles_m(axis, b); });
     nodes_[i].first_child = static_cast<int>(nodes_.size());
-    nodes_.push_back({begin, half, 0, 0.0, {}, {}, {}});
-    nodes_.push_back({half, end, 0, 0.0, {}, {}, {}});
+    nodes_.push_back({.begin = begin, .end = half});
+    nodes_.push_back({.begin = half, .end = end});
   }
 }
 

@@ -19,11 +19,11 @@ class WindingNumber {
  private:
   /// Triangles [begin, end) of the order.
   struct Node {
-    Eigen::Index begin, end;
-    int first_child;  ///< The second one follows it; 0 for a leaf.
-    double radius_m;
-    Eigen::Vector3d middle_m, area_m2;
-    Eigen::Matrix3d moment_m3;
+    Eigen::Index begin = 0, end = 0;
+    int first_child = 0;  ///< The second one follows it; 0 for a leaf.
+    double radius_m = 0.0;
+    Eigen::Vector3d middle_m = Eigen::Vector3d::Zero(), area_m2 = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d moment_m3 = Eigen::Matrix3d::Zero();
   };
   void split(const Eigen::Matrix3Xd& middles_m);
   void measure(Node& node) const;
