@@ -22,7 +22,7 @@ std::string named(const XmlElement& element) {
 using Names = std::map<std::string, int>;
 
 template <typename Items>
-Names names_of(const Items& items) {
+Names places_of_names(const Items& items) {
   Names names;
   for (std::size_t i = 0; i < items.size(); ++i) names.emplace(items[i].name, static_cast<int>(i));
   return names;
@@ -31,7 +31,7 @@ Names names_of(const Items& items) {
 /// What tendons, actuators and equalities refer to, by name.
 struct Named {
   explicit Named(const BodyTree& tree)
-      : sites(names_of(tree.sites)), wraps(names_of(tree.wraps)), bodies(names_of(tree.bodies)) {
+      : sites(places_of_names(tree.sites)), wraps(places_of_names(tree.wraps)), bodies(places_of_names(tree.bodies)) {
     for (const TreeBody& body : tree.bodies) {
       for (const TreeJoint& joint : body.joints) joints.emplace(joint.name, &joint);
     }
