@@ -90,17 +90,17 @@ void add_tasks(ordered_json& part, bool quick) {
                        "of these called done "};
   ordered_json& others = add_figure(part, "table", "task_not_done", "Tasks that statics allow and that were not done",
                                     "By seed, with what was drawn and the reason.", "single runs");
-  others["columns"] = {"seed", "frames", "scene", "drawn", "verdict", "off its place [mm]"};
+  others["columns"] = {"seed", "frames", "sampled loops", "scene", "drawn", "verdict", "off its place [mm]"};
   for (const double delay_s : {0.0, 5e-3}) {
     const char* const frames = delay_s > 0.0 ? "5 ms late" : "at once";
     const std::vector<Trial> all = trials(count, delay_s);
     add_counts(part["figures"][0], frames, all);
     for (std::size_t seed = 0; seed < all.size(); ++seed) {
-      const auto& [task, verdict, look] = all[seed];
+      const auto& [task, stands, verdict, look] = all[seed];
       const bool is_untrue = verdict.outcome == Outcome::kTaskDone && !look.is_done();
       if (!is_untrue && (!task.is_possible || verdict.outcome == Outcome::kTaskDone)) continue;
-      part["figures"][1]["rows"].push_back(
-          {seed, frames, task.name, task.variation, in_words(verdict), 1e3 * look.off_m});
+      part["figures"][1]["rows"].push_back({seed, frames, stands ? "stable" : "unstable", task.name, task.variation,
+                                            in_words(verdict), 1e3 * look.off_m});
     }
   }
 }
