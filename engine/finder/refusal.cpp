@@ -209,16 +209,17 @@ Refusal of_muscles(const FinderProblem& problem, const Hand& hand, const FoundGr
   pushes.insert(pushes.begin(), Vector3d::Zero());
   std::string lack;
   for (const Vector3d& push : pushes) {
-    data.tau = effort.torques_Nm(
-        grasp.q, check.against(problem.mass_kg * problem.gravity + kPush_N * push, Vector3d::Zero()).f);
+    data.tau = effort.torques_Nm(grasp.q,
+                                 check.against(problem.mass_kg * problem.gravity + kPush_N * push, Vector3d::Zero()).f);
     const MuscleReport report = solve_muscle_forces(data, f);
     if (report.status != MuscleStatus::kOptimal) lack = lacking_torque(hand, data, report.multiplier);
     if (!lack.empty()) break;
   }
-  return {"grasps fit, and contact forces in the friction cones hold the object, but no muscle forces give the torques "
-          "that these take" +
-              (lack.empty() ? "" : ": " + lack),
-          "muscles that do", true};
+  return {
+      "grasps fit, and contact forces in the friction cones hold the object, but no muscle forces give the torques "
+      "that these take" +
+          (lack.empty() ? "" : ": " + lack),
+      "muscles that do", true};
 }
 
 }  // namespace

@@ -22,10 +22,10 @@ struct KnownElement {
 constexpr std::string_view kPoseWords = " pos quat axisangle xyaxes zaxis euler ";
 
 constexpr std::array kKnownElements{
-    KnownElement{"compiler",
-                 " angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass settotalmass coordinate ",
-                 " boundinertia balanceinertia strippath assetdir meshdir texturedir discardvisual usethread fusestatic "
-                 "convexhull exactmeshinertia alignfree saveinertial fitaabb "},
+    KnownElement{
+        "compiler", " angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass settotalmass coordinate ",
+        " boundinertia balanceinertia strippath assetdir meshdir texturedir discardvisual usethread fusestatic "
+        "convexhull exactmeshinertia alignfree saveinertial fitaabb "},
     KnownElement{"body", " name childclass ", " mocap user sleep "},
     KnownElement{"frame", " name childclass ", " "},
     KnownElement{"inertial", " mass ", " diaginertia fullinertia "},
@@ -70,7 +70,8 @@ void look_at(const XmlElement& element, LeftOut& left) {
     if (known.name != name) continue;
     for (const auto& [attribute, value] : element.attributes) {
       const bool is_pose = name != "compiler" && has_word(kPoseWords, attribute);
-      if (is_pose || has_word(known.read, attribute) || has_word(known.idle, attribute) || is_zero_text(value)) continue;
+      if (is_pose || has_word(known.read, attribute) || has_word(known.idle, attribute) || is_zero_text(value))
+        continue;
       left.attributes[element.name].insert(attribute);
     }
   }

@@ -222,8 +222,8 @@ void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree&
       tree.tendons.push_back(read_spatial(tendon, parts));
     } else if (tendon.name == "fixed") {
       XmlElement whole{"tendon", tendon.place, tendon.attributes, {}};  // Classes give both kinds `tendon`.
-      const bool ties = tied.contains(tendon.text("name")) ||
-                        has_limits_or_spring(defaults.completed(whole, ""), limits_by_range);
+      const bool ties =
+          tied.contains(tendon.text("name")) || has_limits_or_spring(defaults.completed(whole, ""), limits_by_range);
       if (ties) tree.couplings.push_back(read_fixed(tendon));
     }
   });

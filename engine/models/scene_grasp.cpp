@@ -224,8 +224,8 @@ Refusal compared_with_torques(const Scene& scene, const ImplicitSurface& object,
             by_muscles.help + ", or control.muscles: false (a hand file with muscles: []), for torques", true};
   }
   if (report.cancelled || !report.refusal) return by_muscles;
-  return {by_muscles.reason + ". By joint torques in place of muscles: " + report.refusal->reason,
-          report.refusal->help, true};
+  return {by_muscles.reason + ". By joint torques in place of muscles: " + report.refusal->reason, report.refusal->help,
+          true};
 }
 
 }  // namespace
