@@ -30,7 +30,7 @@ constexpr std::array kKnownElements{
     KnownElement{"frame", " name childclass ", " "},
     KnownElement{"inertial", " mass ", " diaginertia fullinertia "},
     KnownElement{"joint", " name class type axis ref range limited ",
-                 " damping armature frictionloss springdamper group user margin solreflimit solimplimit solreffriction "
+                 " damping armature frictionloss group user margin solreflimit solimplimit solreffriction "
                  "solimpfriction actuatorfrclimited "},
     KnownElement{"freejoint", " name ", " group align "},
     KnownElement{"geom", " name class type size fromto mass density group ",
