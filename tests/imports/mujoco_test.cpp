@@ -116,7 +116,8 @@ TEST(Mujoco, PlacesSizesAndMassesAreThose) {
   const std::filesystem::path file = scratch() / "parts.xml";
   std::ofstream(file) << R"(<mujoco><compiler inertiagrouprange="0 1" boundmass="0.05"/>
     <default><geom group="1"/></default><worldbody>
-    <body name="a"><joint axis="0 1 0"/><site name="s" type="capsule" fromto="0.02 0.01 0 0.04 0.002 0.03" size="0.004"/>
+    <body name="a"><joint axis="0 1 0"/>
+      <site name="s" type="capsule" fromto="0.02 0.01 0 0.04 0.002 0.03" size="0.004"/>
       <geom type="ellipsoid" fromto="0.02 0 0.01 0.044 0.02 0" size="0.02"/>
       <geom type="sphere" size="0.03" pos="0 0.1 0" group="4"/></body>
     <body name="b"><joint axis="0 1 0"/><geom type="box" fromto="0 0 0 0.01 0.02 0.1" size="0.02 0.5 0.7"/></body>
