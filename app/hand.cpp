@@ -27,7 +27,9 @@ namespace {
 
 HandRequest request_of(const HandOptions& options) {
   HandRequest request;
-  for (const std::string& tip : options.tips) request.tips.push_back(read_tip(tip));
+  for (const std::string& tips : options.tips) {
+    for (const std::string& tip : split_tips(tips)) request.tips.push_back(read_tip(tip));
+  }
   for (const std::string& lock : options.locks) request.locks.push_back(read_lock(lock));
   request.base = options.base;
   if (!options.axes.empty()) request.R_BH = read_axes(options.axes);
@@ -38,8 +40,10 @@ HandRequest request_of(const HandOptions& options) {
 
 /// The comment that the hand file begins with.
 std::string origin_of(const HandOptions& options, const BodyTree& tree, const Hand& hand) {
-  std::string flags = "--tips ";
-  for (std::size_t i = 0; i < options.tips.size(); ++i) flags += (i == 0 ? "" : ",") + options.tips[i];
+  std::string tips;
+  for (std::size_t i = 0; i < options.tips.size(); ++i) tips += (i == 0 ? "" : ",") + options.tips[i];
+  const bool has_quotes = tips.find('"') != std::string::npos;  // A shell takes them in single ones.
+  std::string flags = has_quotes ? "--tips '" + tips + "'" : "--tips " + tips;
   for (const std::string& lock : options.locks) flags += " --lock " + lock;
   if (!options.base.empty()) flags += " --base " + options.base;
   if (!options.axes.empty()) flags += " --axes " + options.axes;
@@ -83,9 +87,9 @@ void add_hand(CLI::App& app, HandOptions& options) {
           "--tips", options.tips,
           "The fingers, the thumb first: thumb=th_tip,index=if_tip names a body, link or site for each. Behind "
           "it, in any order, :9mm is the pulp's radius, :@0/-36/14.5mm its centre in the axes of what is "
-          "named, and :-x or :0/1/0.3 the direction in which it faces")
+          "named, and :-x or :0/1/0.3 the direction in which it faces. A name with : or , stands in quotes: "
+          "'thumb=\"robot0:tip\"'")
       ->required()
-      ->delimiter(',')
       ->take_all()
       ->type_name("FINGER=BODY");
   import->add_option("--out", options.out, "The hand file (YAML)")

@@ -96,7 +96,9 @@ FinderReport find_grasps(const FinderProblem& problem, const FinderSettings& set
       if (grasp.fingers.empty()) grasp.fingers = fingers;
     }
     if (!report.grasps.empty() || report.cancelled) break;
-    if (!first) first = refusal_of(problem, hand, evidence);
+    // Fewer fingers may come nearer to a grasp: to one that only muscles do not give.
+    if (first && (first->by_muscles || !evidence.beyond_muscles)) continue;
+    first = refusal_of(problem, hand, evidence);
   }
   if (report.grasps.empty() && !report.cancelled) report.refusal = first;
   keep_best(settings, report);

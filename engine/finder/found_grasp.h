@@ -61,6 +61,7 @@ struct Rehearsal {
   double least_margin = 1.0;  ///< Least PatchReport::margin.
   double reserve = 0.0;       ///< Friction reserve of the controller's cones; 0: not known.
   std::string trouble = {};   ///< Reason for its end; empty: none.
+  std::string weakness = {};  ///< Muscles that were too weak, and by how much; empty: none.
 
   [[nodiscard]] bool held() const { return lasted >= 1.0; }
   [[nodiscard]] bool within_limits() const { return held() && muscle_share <= 1.0; }
@@ -110,6 +111,8 @@ struct FoundGrasp {
 struct Refusal {
   std::string reason;  ///< One sentence without a full stop: "the object is 81 mm wide where this hand opens 74 mm".
   std::string help;    ///< A remedy, likewise; may be empty.
+  /// True if contact forces hold the object, and muscles do not give the torques that they take.
+  bool by_muscles = false;
 };
 
 struct FinderReport {

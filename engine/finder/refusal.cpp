@@ -9,8 +9,13 @@
 #include "engine/finder/pressed_shape.h"
 #include "engine/finder/rate.h"
 #include "engine/finder/search.h"
+#include "engine/hand/muscles.h"
+#include "solvers/muscles/muscle_forces.h"
 
 namespace thenar {
+
+using Eigen::Index;
+using Eigen::Vector3d;
 
 namespace {
 
@@ -165,6 +170,58 @@ std::string help_of_margin(const FinderProblem& problem) {
   return "more friction, or more press";
 }
 
+/// Describes the torque, of those that no muscle forces give, that is largest: `l` are joint velocities at which the
+/// torques do work and no muscle does. Nothing if there is none.
+std::string lacking_torque(const Hand& hand, const MuscleProblem& problem, const JointVector& l) {
+  if (l.size() == 0 || l.isZero(0.0)) return "";
+  const JointVector least_Nm = problem.tau.dot(l) / l.squaredNorm() * l;  // All torques that give tau.l are larger.
+  Index worst = 0;
+  least_Nm.cwiseAbs().maxCoeff(&worst);
+  const double sign = least_Nm[worst] > 0.0 ? 1.0 : -1.0;
+  const Joint& joint = hand.joints[static_cast<std::size_t>(worst)];
+  std::string pulling;
+  for (Index m = 0; m < problem.H.cols(); ++m) {
+    constexpr double kArm_m = 1e-7;
+    if (sign * problem.H(worst, m) < kArm_m) continue;
+    pulling += (pulling.empty() ? "" : ", ") + hand.muscles[static_cast<std::size_t>(m)].name;
+  }
+  const std::string way = "turns " + joint.name + " towards its limit of " +
+                          degrees(sign > 0.0 ? joint.upper_rad : joint.lower_rad) + ", where " +
+                          number(std::abs(least_Nm[worst]), 3) + " N m are needed";
+  return pulling.empty() ? "no muscle " + way : "what " + way + " (" + pulling + ") turns other joints too far";
+}
+
+/// Describes why no muscle forces give the torques of a grasp, under its weight or with a push.
+Refusal of_muscles(const FinderProblem& problem, const Hand& hand, const FoundGrasp& grasp) {
+  HandPose pose;
+  forward_kinematics(hand, grasp.q, pose);
+  std::vector<GraspContact> contacts(static_cast<std::size_t>(hand.fingers()));
+  for (int k = 0; k < hand.fingers(); ++k) {
+    contacts[static_cast<std::size_t>(k)] =
+        pressed_contact(problem.object, grasp.X_WO, hand.fingertips[k], pose.distal(hand, k));
+  }
+  ForceCheck check(problem, contacts, grasp.X_WO, grasp.internal_force_N);
+  Effort effort(problem, hand, contacts);
+  MuscleData data{Eigen::MatrixXd::Zero(grasp.q.size(), std::ssize(hand.muscles)), {}};
+  moment_arms(hand, pose, data.H);
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(std::ssize(hand.muscles));
+  std::vector<Vector3d> pushes = directions();
+  pushes.insert(pushes.begin(), Vector3d::Zero());
+  std::string lack;
+  for (const Vector3d& push : pushes) {
+    data.tau = effort.torques_Nm(grasp.q,
+                                 check.against(problem.mass_kg * problem.gravity + kPush_N * push, Vector3d::Zero()).f);
+    const MuscleReport report = solve_muscle_forces(data, f);
+    if (report.status != MuscleStatus::kOptimal) lack = lacking_torque(hand, data, report.multiplier);
+    if (!lack.empty()) break;
+  }
+  return {
+      "grasps fit, and contact forces in the friction cones hold the object, but no muscle forces give the torques "
+      "that these take" +
+          (lack.empty() ? "" : ": " + lack),
+      "muscles that do", true};
+}
+
 }  // namespace
 
 std::optional<Refusal> refusal_at_once(const FinderProblem& problem) {
@@ -205,6 +262,7 @@ Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchE
   if (seen.pairs.empty()) {
     return {"no two surfaces face each other where grasp.axis and grasp.at want the fingers", "leave one of them out"};
   }
+  if (evidence.beyond_muscles) return of_muscles(problem, hand, *evidence.beyond_muscles);
   if (evidence.best_margin > -1.0 || (!evidence.has_nearest && evidence.best_margin <= 0.0)) {
     return {
         "grasps fit, but none holds the weight in all directions, a push of 0.5 N and a turn of 10 mN m within the "

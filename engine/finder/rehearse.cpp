@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/control/control_tick.h"
 #include "engine/finder/effort.h"
@@ -41,6 +46,43 @@ double muscle_share(const Hand& hand, const Controller& controller) {
   return share;
 }
 
+/// The muscles that were too weak, with the most that each would have had to pull.
+class WeaknessWatch {
+ public:
+  void see(const ControlReport& control) {
+    const MuscleLack& lack = control.muscle_lack;
+    if (lack.muscle >= 0) {
+      double& needed_N = needed_N_[lack.muscle];
+      needed_N = std::max(needed_N, lack.needed_N);
+    } else {
+      none_ |= control.muscle == MuscleStatus::kInfeasible;
+    }
+  }
+
+  /// Describes the muscles that lack most, worst first.
+  [[nodiscard]] std::string in_words(const Hand& hand) const {
+    constexpr std::size_t kMost = 3;
+    std::vector<std::pair<double, int>> worst;
+    const auto limit_N = [&](int muscle) { return hand.muscles[static_cast<std::size_t>(muscle)].max_force_N; };
+    for (const auto& [muscle, needed_N] : needed_N_) worst.emplace_back(limit_N(muscle) - needed_N, muscle);
+    std::sort(worst.begin(), worst.end());
+    if (worst.size() > kMost) worst.resize(kMost);
+    std::ostringstream text;
+    text.precision(3);
+    for (const auto& [left_N, muscle] : worst) {
+      text << (text.view().empty() ? "" : ", ") << hand.muscles[static_cast<std::size_t>(muscle)].name
+           << " would have to pull with at least " << limit_N(muscle) - left_N << " N, " << -left_N
+           << " N beyond its limit";
+    }
+    if (none_ && worst.empty()) text << "no muscle forces give the torques";
+    return text.str();
+  }
+
+ private:
+  std::map<int, double> needed_N_;
+  bool none_ = false;
+};
+
 /// The slip of patches that slid as a whole.
 class SlideWatch {
  public:
@@ -78,11 +120,13 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
   ContactMemory memory(model);
   ContactScratch work(model);
   SlideWatch slides(model);
+  WeaknessWatch weak;
   Rehearsal rehearsal;
   if (scene.control) rehearsal.reserve = std::max(0.0, 1.0 - scene.control->grasp_friction / scene.contact.friction);
   for (int t = 0; t < ticks; ++t) {
     if (!own_task) scene.task.push = push_at(scene, t * scene.step_s);
     const ControlReport control = control_tick(model, state, controller, frame);
+    if (scene.has_muscles()) weak.see(control);
     const TickReport tick = contact_tick(model, frame, memory, work, state);
     if (t == rested) rehearsal.needed_friction = needed_friction(model, tick);
     rehearsal.trouble = slides.see(tick);
@@ -95,6 +139,7 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
     }
     if (!rehearsal.trouble.empty()) {
       rehearsal.lasted = static_cast<double>(t) / ticks;
+      rehearsal.weakness = weak.in_words(scene.hand);
       return rehearsal;
     }
   }

@@ -191,10 +191,20 @@ class Search {
     }
     FoundGrasp grasp = rate(problem_, hand_, patches, stance, target, fit_);
     evidence_.best_margin = std::max(evidence_.best_margin, grasp.margin);
-    if (!(grasp.margin > kLeastMargin) || !std::isfinite(grasp.cost)) return false;
+    if (!(grasp.margin > kLeastMargin)) return false;
+    if (!std::isfinite(grasp.cost)) {
+      note_beyond_muscles(grasp);
+      return false;
+    }
     found_.push_back(grasp);
     targets_.push_back(target);
     return true;
+  }
+
+  /// Notes a grasp whose torques no muscle forces give, at rest or wherever it carries the object.
+  void note_beyond_muscles(const FoundGrasp& grasp) {
+    std::optional<FoundGrasp>& best = evidence_.beyond_muscles;
+    if (!best || grasp.margin > best->margin) best = grasp;
   }
 
   /// Refines the best with depths by their forces, and from contacts around them.
@@ -237,6 +247,7 @@ class Search {
       if (looked++ == (kinds ? 2 * kWider : 1) * kMost * settings_.effort) break;
       if (!kinds && std::ssize(far) == kEnough * settings_.effort) break;
       add_travel(problem_, hand_, patches, grasp);
+      if (grasp.travel_W.isZero(0.0)) note_beyond_muscles(grasp);
       grasp.cost = cost_of(grasp);
       if (grasp.travel_m > kFar_m - 1e-9) far.push_back(&grasp);
     }

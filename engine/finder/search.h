@@ -19,6 +19,8 @@ struct SearchEvidence {
   FitFaults nearest_faults;  ///< Its faults.
   bool has_nearest = false;
   double best_margin = -1.0;  ///< Best margin of fits without faults.
+  /// Of the fits that hold by contact forces, and by no muscle forces, the one with the best margin.
+  std::optional<FoundGrasp> beyond_muscles = {};
 };
 
 /// Searches with all fingers of `hand`, the grasp's alone. Adds to the report; grasps are not yet sorted.

@@ -165,7 +165,8 @@ BodyTree read_bodies(const std::filesystem::path& file) {
   return tree;
 }
 
-ImportedHand import_hand(const BodyTree& tree, const HandRequest& request) {
+ImportedHand import_hand(const BodyTree& bodies, const HandRequest& request) {
+  const BodyTree tree = request.uncouple ? bodies : limited_by_ties(bodies);
   const FingerChains chains = find_chains(tree, request);
   const TreePose pose = pose_tree(tree, chains);
   ImportedHand made;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <cctype>
 #include <cmath>
 
 #include "engine/formats/byte_source.h"
@@ -21,16 +22,34 @@ namespace {
   throw ConfigError({{fmt::format("{} {}", flag, printable(text)), "", printable(what)}});
 }
 
+/// Splits at separators that stand in no double quotes, which stay.
 std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> parts(1);
+  bool is_quoted = false;
   for (const char c : text) {
-    if (c == separator) {
+    if (c == '"') is_quoted = !is_quoted;
+    if (c == separator && !is_quoted) {
       parts.emplace_back();
     } else {
       parts.back() += c;
     }
   }
   return parts;
+}
+
+constexpr const char* kHowToQuote = "a name with ':' or ',' stands in quotes, as in 'thumb=\"robot0:tip\":9mm'";
+
+/// Reads a name that may be in double quotes, in which two are one; nothing if they do not enclose it.
+std::optional<std::string> unquoted(std::string_view text) {
+  if (!text.starts_with('"')) return std::string(text);
+  if (text.size() < 2 || !text.ends_with('"')) return std::nullopt;
+  text = text.substr(1, text.size() - 2);
+  std::string name;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"' && (++i == text.size() || text[i] != '"')) return std::nullopt;
+    name += text[i];
+  }
+  return name;
 }
 
 /// "-x" as a unit vector.
@@ -68,6 +87,11 @@ std::optional<Vector3d> place_m(std::string_view text) {
   return one.value * *numbers;
 }
 
+/// Whether it is a part of a name with colons: it begins as no detail does.
+bool continues_name(const std::string& part) {
+  return !part.empty() && std::isalpha(static_cast<unsigned char>(part.front())) != 0 && !signed_axis(part);
+}
+
 void read_detail(const std::string& part, TipRequest& tip) {
   constexpr const char* kFlag = "--tips";
   if (part.starts_with('@')) {
@@ -84,9 +108,9 @@ void read_detail(const std::string& part, TipRequest& tip) {
   }
   const Quantity radius = read_quantity(part, Dimension::kLength);
   if (!radius.fault.empty()) {
-    refuse_flag(
-        kFlag, tip.text,
-        fmt::format("'{}' is no radius (9mm), no place (@0/-36/14.5mm) and no direction (-x, or 0/1/0.3)", part));
+    refuse_flag(kFlag, tip.text,
+                fmt::format("'{}' is no radius (9mm), no place (@0/-36/14.5mm) and no direction (-x, or 0/1/0.3); {}",
+                            part, kHowToQuote));
   }
   if (radius.value < 1e-3 || radius.value > 0.05) {
     refuse_flag(kFlag, tip.text, fmt::format("the radius {} must be within 1 mm and 50 mm", part));
@@ -96,18 +120,26 @@ void read_detail(const std::string& part, TipRequest& tip) {
 
 }  // namespace
 
+std::vector<std::string> split_tips(std::string_view text) { return split(text, ','); }
+
 TipRequest read_tip(const std::string& text) {
   TipRequest tip;
   tip.text = text;
   const std::size_t equals = text.find('=');
   if (first_unprintable(text) != std::string::npos || equals == std::string::npos || equals == 0) {
-    refuse_flag("--tips", text, "write it as FINGER=BODY, such as thumb=th_tip, or thumb=th_tip:9mm");
+    refuse_flag("--tips", text,
+                fmt::format("write it as FINGER=BODY, such as thumb=th_tip, or thumb=th_tip:9mm; {}", kHowToQuote));
   }
   tip.finger = text.substr(0, equals);
   const std::vector<std::string> parts = split(std::string_view(text).substr(equals + 1), ':');
-  tip.place = parts.front();
+  const std::optional<std::string> name = unquoted(parts.front());
+  if (!name) refuse_flag("--tips", text, fmt::format("its quotes enclose no name: {}", kHowToQuote));
+  tip.place = *name;
+  std::size_t next = 1;
+  const bool may_go_on = !parts.front().starts_with('"');
+  while (may_go_on && next < parts.size() && continues_name(parts[next])) tip.place += ":" + parts[next++];
   if (tip.place.empty()) refuse_flag("--tips", text, "names no body or site");
-  for (std::size_t i = 1; i < parts.size(); ++i) read_detail(parts[i], tip);
+  for (; next < parts.size(); ++next) read_detail(parts[next], tip);
   return tip;
 }
 

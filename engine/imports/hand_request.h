@@ -36,8 +36,13 @@ struct HandRequest {
   bool mirror = false;    ///< Make the mirror image of the hand: z is reversed.
 };
 
+/// Splits the value of --tips at commas that stand in no quotes.
+[[nodiscard]] std::vector<std::string> split_tips(std::string_view text);
+
 /// Reads "FINGER=PLACE", followed in any order by ":9mm", the radius, ":@0/-36/14.5mm", the pulp's centre, and ":-x" or
-/// ":0/1/0.3", its outward direction. Throws ConfigError.
+/// ":0/1/0.3", its outward direction. A colon belongs to the name of the place if what follows begins with a letter and
+/// is no axis: "thumb=robot0:tip". In double quotes all does, and two of them are one: "thumb=\"a:x,b\":9mm". Throws
+/// ConfigError.
 [[nodiscard]] TipRequest read_tip(const std::string& text);
 
 /// Reads "JOINT" or "JOINT=20deg". Throws ConfigError.

@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <string_view>
 #include <utility>
 
 #include "engine/formats/text.h"
@@ -63,6 +67,39 @@ std::vector<std::pair<Coupling, const TreeCoupling*>> led_by_first(const std::ve
 }
 
 }  // namespace
+
+BodyTree limited_by_ties(BodyTree tree) {
+  std::map<std::string_view, TreeJoint*> hinges;
+  for (TreeBody& body : tree.bodies) {
+    for (TreeJoint& joint : body.joints) {
+      if (joint.kind == TreeJointKind::kHinge) hinges.emplace(joint.name, &joint);
+    }
+  }
+  const auto hinge = [&](const std::string& name) {
+    const auto found = hinges.find(name);
+    return found == hinges.end() ? nullptr : found->second;
+  };
+  const auto line = [](const std::array<double, 2>& range, double ratio, double offset_rad) {
+    const double a = ratio * range[0] + offset_rad, b = ratio * range[1] + offset_rad;
+    return std::array{std::min(a, b), std::max(a, b)};
+  };
+  // A chain of ties in a finger is no longer than its joints.
+  for (int pass = 0; pass < kMaxFingerJoints; ++pass) {
+    for (const TreeCoupling& tie : tree.couplings) {
+      if (!tie.line || tie.joints.size() != 2 || tie.line->ratio == 0.0) continue;
+      TreeJoint* const follower = hinge(tie.joints[0]);
+      TreeJoint* const leader = hinge(tie.joints[1]);
+      if (follower == nullptr || leader == nullptr) continue;
+      const double ratio = tie.line->ratio, offset_rad = tie.line->offset_rad;
+      if (!follower->range && leader->range) {
+        follower->range = line(*leader->range, ratio, offset_rad);
+      } else if (follower->range && !leader->range) {
+        leader->range = line(*follower->range, 1.0 / ratio, -offset_rad / ratio);
+      }
+    }
+  }
+  return tree;
+}
 
 Hand tied(Hand hand, const BodyTree& tree, const FingerChains& chains, std::vector<std::string>& notes) {
   std::vector<Tied> joints(hand.joints.size());

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 #include <utility>
@@ -9,6 +11,7 @@
 #include "engine/imports/mjcf_defaults.h"
 #include "engine/imports/mjcf_geom.h"
 #include "engine/imports/mjcf_include.h"
+#include "engine/imports/mjcf_left_out.h"
 #include "engine/imports/mjcf_pose.h"
 #include "engine/imports/mjcf_tendons.h"
 
@@ -27,6 +30,8 @@ struct Reader {
   MjcfAngles angles;
   bool limits_by_range = true;
   std::string inertia_from_geoms = "auto";
+  std::array<double, 2> inertia_groups{0.0, 5.0};  ///< First and last group of the geoms that have mass, inclusive.
+  double least_mass_kg = 0.0;                      ///< Of every body but the world.
   BodyTree& tree;
   int weightless_meshes = 0;
 };
@@ -70,7 +75,8 @@ void add_site(const Reader& reader, const XmlElement& element, const Within& wit
   site.name = element.text("name");
   site.place = element.place;
   site.body = within.body;
-  site.X_BS = within.X_BF * pose_of(element, reader.angles);
+  const auto ends = ends_of(element, element.find("type") != nullptr ? element.text("type") : "sphere");
+  site.X_BS = within.X_BF * (ends ? ends->X_FG : pose_of(element, reader.angles));
   reader.tree.sites.push_back(std::move(site));
 }
 
@@ -83,10 +89,13 @@ struct Weights {
 
 void add_geom(const Reader& reader, const XmlElement& element, const Within& within, Weights& weights) {
   const MjcfGeom geom = read_geom(element, reader.angles, within.X_BF);
-  const double mass_kg = geom.mass_kg.value_or(0.0);
-  weights.mass_kg += mass_kg;
-  weights.moment += mass_kg * geom.X_BG.translation();
-  weights.unknown += geom.mass_kg ? 0 : 1;
+  const double group = number(element, "group").value_or(0.0);
+  if (group >= reader.inertia_groups[0] && group <= reader.inertia_groups[1]) {
+    const double mass_kg = geom.mass_kg.value_or(0.0);
+    weights.mass_kg += mass_kg;
+    weights.moment += mass_kg * geom.X_BG.translation();
+    weights.unknown += geom.mass_kg ? 0 : 1;
+  }
   if (geom.round) reader.tree.bodies[within.body].rounds.push_back(*geom.round);
   const bool is_cylinder = geom.type == "cylinder";
   if (!element.text("name").empty() && (is_cylinder || geom.type == "sphere")) {
@@ -150,7 +159,31 @@ void read_body(Reader& reader, const XmlElement& element, const Within& parent) 
     if (whole.mass_kg < 0.0) refuse(*inertial, "mass: must not be negative");
     whole.com_m = vector3(*inertial, "pos").value_or(Vector3d::Zero());
   }
+  whole.mass_kg = std::max(whole.mass_kg, reader.least_mass_kg);
   for (const auto& [child, frame] : inner) read_body(reader, *child, frame);
+}
+
+/// Reads the settings of the compiler that bear on masses and places.
+void read_compiler(const XmlElement& mujoco, const MjcfDefaults& defaults, Reader& reader) {
+  XmlElement compiler;
+  compiler.name = "compiler";
+  compiler.place = mujoco.place;
+  for (const char* setting : {"inertiagrouprange", "boundmass"}) {
+    if (const std::string text = defaults.compiler(setting); !text.empty()) {
+      compiler.attributes.emplace_back(setting, text);
+    }
+  }
+  reader.limits_by_range = defaults.compiler("autolimits") != "false";
+  if (const std::string inertia = defaults.compiler("inertiafromgeom"); !inertia.empty()) {
+    reader.inertia_from_geoms = inertia;
+  }
+  if (const auto groups = numbers(compiler, "inertiagrouprange", 2, 2)) {
+    reader.inertia_groups = {(*groups)[0], (*groups)[1]};
+  }
+  reader.least_mass_kg = number(compiler, "boundmass").value_or(0.0);
+  if (defaults.compiler("coordinate") == "global") {
+    refuse(mujoco, "coordinate: places must be local, as the format has them since MuJoCo 2.3.3");
+  }
 }
 
 /// Throws ConfigError if two things of a kind have one name; those without one have none.
@@ -174,10 +207,7 @@ BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file, std::si
   const MjcfDefaults defaults(mujoco);
   BodyTree tree = empty_tree();
   Reader reader{.defaults = defaults, .angles = angles_of(mujoco, defaults), .tree = tree};
-  reader.limits_by_range = defaults.compiler("autolimits") != "false";
-  if (const std::string inertia = defaults.compiler("inertiafromgeom"); !inertia.empty()) {
-    reader.inertia_from_geoms = inertia;
-  }
+  read_compiler(mujoco, defaults, reader);
   if (!defaults.compiler("settotalmass").empty()) tree.notes.emplace_back("masses are as written: no settotalmass");
 
   bool has_world = false;
@@ -203,6 +233,7 @@ BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file, std::si
         fmt::format("masses of {} geoms without one, such as meshes, are left out", reader.weightless_meshes));
   }
   read_ties(mujoco, defaults, tree);
+  note_left_out(mujoco, tree.notes);
   return tree;
 }
 

@@ -7,7 +7,6 @@
 namespace thenar {
 
 using Eigen::Isometry3d;
-using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -15,13 +14,15 @@ namespace {
 
 constexpr double kWaterDensity = 1000.0;  // [kg/m^3] MJCF's default for a geom with neither mass nor density.
 
-/// Returns half sizes: of a capsule or a cylinder the radius and half of the length.
+bool is_wide(const std::string& type) { return type == "box" || type == "ellipsoid"; }
+
+/// Returns half sizes: of a capsule or a cylinder the radius and half of the length. With `fromto` the first alone is
+/// needed: the one along z follows from the ends, and that across of a box or an ellipsoid is the first.
 Vector3d size_of(const XmlElement& geom, const std::string& type) {
   const VectorXd size = numbers(geom, "size", 1, 3).value_or(VectorXd::Zero(3));
-  const bool is_long = type == "capsule" || type == "cylinder", is_wide = type == "box" || type == "ellipsoid";
-  const bool from_ends = is_long && geom.find("fromto") != nullptr;
-  const Eigen::Index needed = is_wide ? 3 : is_long && !from_ends ? 2 : 1;
-  const bool has_size = is_wide || is_long || type == "sphere";
+  const bool is_long = type == "capsule" || type == "cylinder";
+  const Eigen::Index needed = geom.find("fromto") != nullptr ? 1 : is_wide(type) ? 3 : is_long ? 2 : 1;
+  const bool has_size = is_wide(type) || is_long || type == "sphere";
   if (has_size && size.size() < needed) refuse(geom, fmt::format("a {} needs {} sizes", type, needed));
   if (size.minCoeff() < 0.0) refuse(geom, "size: must not be negative");
   Vector3d all = Vector3d::Zero();
@@ -62,13 +63,10 @@ MjcfGeom read_geom(const XmlElement& element, const MjcfAngles& angles, const Is
   geom.type = element.find("type") != nullptr ? element.text("type") : "sphere";
   Vector3d size = size_of(element, geom.type);
   geom.X_BG = X_BF * pose_of(element, angles);
-  if (const auto ends = numbers(element, "fromto", 6, 6)) {
-    const Vector3d from = ends->head<3>(), to = ends->tail<3>();
-    Isometry3d X_FG = Isometry3d::Identity();
-    X_FG.translation() = 0.5 * (from + to);
-    X_FG.linear() = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), from - to).toRotationMatrix();
-    geom.X_BG = X_BF * X_FG;
-    size[1] = 0.5 * (to - from).norm();
+  if (const auto ends = ends_of(element, geom.type)) {
+    geom.X_BG = X_BF * ends->X_FG;
+    size[1] = ends->half_m;
+    if (is_wide(geom.type)) size = Vector3d(size[0], size[0], ends->half_m);
   }
   geom.radius_m = size[0];
   const double density = number(element, "density").value_or(kWaterDensity);

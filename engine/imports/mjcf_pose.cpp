@@ -68,6 +68,20 @@ MjcfAngles angles_of(const XmlElement& mujoco, const MjcfDefaults& defaults) {
   return angles;
 }
 
+std::optional<MjcfEnds> ends_of(const XmlElement& element, const std::string& type) {
+  const auto ends = numbers(element, "fromto", 6, 6);
+  if (!ends) return std::nullopt;
+  if (type != "capsule" && type != "cylinder" && type != "ellipsoid" && type != "box") {
+    refuse(element, fmt::format("fromto: a {} has none, but a capsule, cylinder, ellipsoid or box", type));
+  }
+  const Vector3d from = ends->head<3>(), to = ends->tail<3>();
+  MjcfEnds found{Isometry3d::Identity(), 0.5 * (to - from).norm()};
+  if (!(found.half_m > kNoLength)) refuse(element, "fromto: must be two points that differ");
+  found.X_FG.translation() = 0.5 * (from + to);
+  found.X_FG.linear() = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), from - to).toRotationMatrix();
+  return found;
+}
+
 Isometry3d pose_of(const XmlElement& element, const MjcfAngles& angles) {
   Isometry3d X = Isometry3d::Identity();
   X.translation() = vector3(element, "pos").value_or(Vector3d::Zero());

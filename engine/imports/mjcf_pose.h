@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "engine/imports/mjcf_defaults.h"
@@ -15,6 +16,16 @@ struct MjcfAngles {
 };
 
 [[nodiscard]] MjcfAngles angles_of(const XmlElement& mujoco, const MjcfDefaults& defaults);
+
+/// Where the two points of `fromto` put a geom or a site, which take no other pose then.
+struct MjcfEnds {
+  Eigen::Isometry3d X_FG;  ///< At the middle; z points to the first one.
+  double half_m = 0.0;     ///< Half of their distance.
+};
+
+/// Returns what `fromto` says, for an element of this type: capsules, cylinders, ellipsoids and boxes may have one.
+/// Nothing if it is missing. Throws ConfigError.
+[[nodiscard]] std::optional<MjcfEnds> ends_of(const XmlElement& element, const std::string& type);
 
 /// Returns the pose by an element's `pos` and one of quat, axisangle, xyaxes, zaxis and euler. Throws ConfigError.
 [[nodiscard]] Eigen::Isometry3d pose_of(const XmlElement& element, const MjcfAngles& angles);

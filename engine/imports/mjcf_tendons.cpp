@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <numbers>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -75,6 +76,15 @@ TreeTendon read_spatial(const XmlElement& spatial, const Named& parts) {
   return tendon;
 }
 
+/// Whether a fixed tendon has limits or a spring: else it ties joints only by what refers to it. `fixed` is completed.
+bool has_limits_or_spring(const XmlElement& fixed, bool limits_by_range) {
+  const std::string limited = fixed.text("limited");
+  const bool has_range = fixed.find("range") != nullptr && limits_by_range;
+  if (limited == "true" || (limited != "false" && has_range)) return true;
+  const auto stiffness = numbers(fixed, "stiffness", 1, 3);
+  return stiffness && !stiffness->isZero(0.0);
+}
+
 TreeCoupling read_fixed(const XmlElement& fixed) {
   TreeCoupling coupling{fmt::format("fixed tendon '{}'", fixed.text("name")), fixed.place, {}, 2};
   for (const XmlElement& joint : fixed.children) {
@@ -84,22 +94,25 @@ TreeCoupling read_fixed(const XmlElement& fixed) {
 }
 
 /// Returns the largest pull of an actuator, if stated. A muscle pulls; another actuator pulls with a negative force.
+/// The gear multiplies forces.
 std::optional<double> pull_N(const XmlElement& actuator) {
-  if (actuator.name == "muscle") {
-    const std::optional<double> force = number(actuator, "force");
-    return force && *force > 0.0 ? force : std::nullopt;
-  }
+  const auto gear = numbers(actuator, "gear", 1, 6);
+  const double factor = gear ? (*gear)[0] : 1.0;
+  const auto pull_within = [factor](double least_N, double most_N) {
+    const double pull = -std::min(factor * least_N, factor * most_N);
+    return pull > 0.0 ? std::optional(pull) : std::nullopt;
+  };
+  if (actuator.name == "muscle") return pull_within(-std::max(0.0, number(actuator, "force").value_or(0.0)), 0.0);
   if (actuator.text("gaintype") == "muscle") {
     const auto gain = numbers(actuator, "gainprm", 3, 10);
-    return gain && (*gain)[2] > 0.0 ? std::optional((*gain)[2]) : std::nullopt;
+    return gain ? pull_within(-std::max(0.0, (*gain)[2]), 0.0) : std::nullopt;
   }
-  if (const auto range = numbers(actuator, "forcerange", 2, 2); range && (*range)[0] < 0.0) return -(*range)[0];
+  if (const auto range = numbers(actuator, "forcerange", 2, 2)) {
+    if (const auto pull = pull_within((*range)[0], (*range)[1])) return pull;
+  }
   const auto control = numbers(actuator, "ctrlrange", 2, 2);
-  const auto gear = numbers(actuator, "gear", 1, 6);
   if (actuator.name != "motor" || !control) return std::nullopt;
-  const double factor = gear ? (*gear)[0] : 1.0;
-  const double pull = -std::min(factor * (*control)[0], factor * (*control)[1]);
-  return pull > 0.0 ? std::optional(pull) : std::nullopt;
+  return pull_within((*control)[0], (*control)[1]);
 }
 
 void read_actuator(const XmlElement& actuator, const Named& parts, BodyTree& tree,
@@ -193,13 +206,25 @@ void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree&
     }
   };
   Named parts(tree);
+  const bool limits_by_range = defaults.compiler("autolimits") != "false";
+  std::set<std::string> tied;  // Tendons that actuators or equalities refer to.
+  each("actuator", [&](const XmlElement& actuator) { tied.insert(actuator.text("tendon")); });
+  each("equality", [&](const XmlElement& equality) {
+    if (equality.name != "tendon" || equality.text("active") == "false") return;
+    tied.insert(equality.text("tendon1"));
+    tied.insert(equality.text("tendon2"));
+  });
+  tied.erase("");  // Of actuators that drive something else.
   each("tendon", [&](const XmlElement& tendon) {
     if (tendon.name == "spatial") {
       const bool is_new = parts.tendons.emplace(tendon.text("name"), static_cast<int>(tree.tendons.size())).second;
       if (!is_new && !tendon.text("name").empty()) refuse(tendon, "is there twice");
       tree.tendons.push_back(read_spatial(tendon, parts));
     } else if (tendon.name == "fixed") {
-      tree.couplings.push_back(read_fixed(tendon));
+      XmlElement whole{"tendon", tendon.place, tendon.attributes, {}};  // Classes give both kinds `tendon`.
+      const bool ties =
+          tied.contains(tendon.text("name")) || has_limits_or_spring(defaults.completed(whole, ""), limits_by_range);
+      if (ties) tree.couplings.push_back(read_fixed(tendon));
     }
   });
   std::map<std::string, int> left_out;

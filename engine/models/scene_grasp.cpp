@@ -76,7 +76,7 @@ bool is_like_one(const FoundGrasp& grasp, const std::vector<FoundGrasp>& others)
 
 /// What would have kept an object that was lost.
 std::string help_of(const Rehearsal& rehearsal) {
-  return rehearsal.muscle_share > 1.0
+  return rehearsal.muscle_share > 1.0 || !rehearsal.weakness.empty()
              ? "less press or less mass, a place nearer to the centre of mass, or a stronger hand"
              : "more friction or press, less mass, or wider faces";
 }
@@ -155,8 +155,9 @@ class Trials {
     constexpr double kFarOrigin_m = 0.15;
     const std::string reason = fmt::format(
         "grasps fit, but none of {} held the object when it was tried: in the one that lasted longest, for "
-        "{:.0f} % of the time, {}",
-        tried_, 100.0 * longest_.lasted, longest_.trouble);
+        "{:.0f} % of the time, {}{}{}",
+        tried_, 100.0 * longest_.lasted, longest_.trouble,
+        longest_.weakness.empty() ? "" : ", where muscles are too weak: ", longest_.weakness);
     // Drag, and the errors of the controller, act at the origin of the object's frame: it must be no lever.
     const double off_m = object_.bounds().exteriorDistance(Vector3d::Zero().eval());
     if (off_m >= kFarOrigin_m) {
@@ -164,7 +165,8 @@ class Trials {
               "a file in whose object the origin lies"};
     }
     const bool tiny = object_.bounds().sizes().maxCoeff() < scene_.hand.fingertips.front().radius_m;
-    return {reason, tiny ? "a larger object: this one is smaller than a pulp" : help_of(longest_)};
+    return {reason, tiny ? "a larger object: this one is smaller than a pulp" : help_of(longest_),
+            !longest_.weakness.empty()};
   }
 
   const Scene& scene_;
@@ -210,6 +212,22 @@ FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, c
   return report;
 }
 
+/// The refusal of a grasp that muscles do not give, with whether joint torques would: where these hold nothing either,
+/// their reason.
+Refusal compared_with_torques(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
+                              const FinderProgress& progress, const Refusal& by_muscles) {
+  Scene by_torques = scene;
+  by_torques.control->muscles.reset();
+  const FinderReport report = search_and_try(by_torques, object, settings, progress);
+  if (!report.grasps.empty()) {
+    return {by_muscles.reason + ". Joint torques in place of muscles hold it",
+            by_muscles.help + ", or control.muscles: false (a hand file with muscles: []), for torques", true};
+  }
+  if (report.cancelled || !report.refusal) return by_muscles;
+  return {by_muscles.reason + ". By joint torques in place of muscles: " + report.refusal->reason, report.refusal->help,
+          true};
+}
+
 }  // namespace
 
 FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
@@ -217,6 +235,9 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
   FinderSettings one = settings;
   one.best = 1;
   FinderReport report = search_and_try(scene, object, one, progress);
+  if (report.refusal && report.refusal->by_muscles && !report.cancelled) {
+    report.refusal = compared_with_torques(scene, object, one, progress, *report.refusal);
+  }
   if (settings.best <= 1 || report.cancelled || report.grasps.empty()) return report;
   FinderReport wider = search_and_try(scene, object, settings, progress, report.grasps);
   // Where the wider search fits none there is what the first one found.

@@ -118,6 +118,22 @@ std::string reason_of(const FinderProblem& problem) {
   return report.refusal ? report.refusal->reason : "";
 }
 
+// One muscle moves none of the fingers that it does not cross: the grasp fits, and torques would hold it.
+TEST(Finder, TellsWhatMusclesDoNotGive) {
+  const ImplicitSurface object = box({0.03, 0.04, 0.06});
+  Hand hand = human_hand();
+  hand.muscles.resize(1);
+  FinderProblem problem = problem_of(hand, object);
+  problem.muscles = true;
+  const FinderReport report = find_grasps(problem, {.second_look = false});
+  ASSERT_TRUE(report.refusal);
+  EXPECT_TRUE(report.refusal->by_muscles) << report.refusal->reason;
+  EXPECT_NE(report.refusal->reason.find("no muscle forces give the torques"), std::string::npos);
+  EXPECT_NE(report.refusal->reason.find("no muscle turns "), std::string::npos) << report.refusal->reason;
+  problem.muscles = false;
+  EXPECT_FALSE(find_grasps(problem, {.second_look = false}).grasps.empty());
+}
+
 // Of three fingers the opposer bears what two others press, of five what four do.
 TEST(Finder, PressesAsWishedWithAnyNumberOfFingers) {
   const Hand human5 = scene_of("human5_carry").hand;

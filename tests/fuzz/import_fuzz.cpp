@@ -19,11 +19,7 @@ thenar::HandRequest request_of(std::string_view text) {
   const std::size_t end = text.find("-->");
   std::string tips = "thumb=thumb,index=index";
   if (text.starts_with(kBegin) && end != text.npos) tips = text.substr(kBegin.size(), end - kBegin.size());
-  while (!tips.empty()) {
-    const std::size_t comma = std::min(tips.find(','), tips.size());
-    request.tips.push_back(thenar::read_tip(tips.substr(0, comma)));
-    tips.erase(0, comma + 1);
-  }
+  for (const std::string& tip : thenar::split_tips(tips)) request.tips.push_back(thenar::read_tip(tip));
   request.uncouple = text.size() % 2 == 0;
   request.mirror = text.size() % 3 == 0;
   return request;

@@ -259,7 +259,7 @@ TEST(HandImport, RefusesWithTheLine) {
   expect(tied("joint1='b1' joint2='a1'/><joint name='f' joint1='a1' joint2='b1'"), 12,
          "equality joint 'f': couples a1 to b1, which are coupled already");
   expect(finger_mjcf(kThumb, "",
-                     "<tendon><fixed name='t'><joint joint='a1' coef='1'/><joint joint='b1' coef='1'/>"
+                     "<tendon><fixed name='t' range='0 1'><joint joint='a1' coef='1'/><joint joint='b1' coef='1'/>"
                      "</fixed></tendon>"),
          12, "fixed tendon 't': couples a1, b1");
   expect(finger_mjcf(kThumb, "", "", "type='slide' range='0 1'"), 6, "joint 'a1': slides, and the index hangs on it");

@@ -111,6 +111,32 @@ TEST(Mujoco, FingertipsOfAUrdfHandAreWhereItHasThem) {
   EXPECT_LT(tip_error_m(hand, mujoco, "palm", {{"thumb_tip", {0.002, 0, 0.001}}, {"finger_end", {0.02, 0, 0}}}), 1e-9);
 }
 
+// What `fromto` gives, which geoms have mass, and the least mass of a body.
+TEST(Mujoco, PlacesSizesAndMassesAreThose) {
+  const std::filesystem::path file = scratch() / "parts.xml";
+  std::ofstream(file) << R"(<mujoco><compiler inertiagrouprange="0 1" boundmass="0.05"/>
+    <default><geom group="1"/></default><worldbody>
+    <body name="a"><joint axis="0 1 0"/>
+      <site name="s" type="capsule" fromto="0.02 0.01 0 0.04 0.002 0.03" size="0.004"/>
+      <geom type="ellipsoid" fromto="0.02 0 0.01 0.044 0.02 0" size="0.02"/>
+      <geom type="sphere" size="0.03" pos="0 0.1 0" group="4"/></body>
+    <body name="b"><joint axis="0 1 0"/><geom type="box" fromto="0 0 0 0.01 0.02 0.1" size="0.02 0.5 0.7"/></body>
+    <body name="c"><joint axis="0 1 0"/><geom size="0.002"/></body></worldbody></mujoco>)";
+  const BodyTree tree = read_bodies(file);
+  const Mujoco mujoco(file);
+  const mjModel& model = *mujoco.model;
+  const Map<Vector3d> site_m(model.site_pos);
+  EXPECT_LT((tree.sites[0].X_BS.translation() - site_m).norm(), 1e-12);
+  const Eigen::Quaterniond turn(model.site_quat[0], model.site_quat[1], model.site_quat[2], model.site_quat[3]);
+  EXPECT_LT((tree.sites[0].X_BS.linear() - turn.toRotationMatrix()).norm(), 1e-9);
+  EXPECT_LT((tree.bodies[1].rounds[0].shape->half_m - Map<Vector3d>(model.geom_size)).norm(), 1e-12);
+  for (const char* body : {"a", "b", "c"}) {
+    const int ours = index_of_name(tree.bodies, body);
+    const double kg = model.body_mass[mujoco.id(mjOBJ_BODY, body)];
+    EXPECT_NEAR(tree.bodies[static_cast<std::size_t>(ours)].mass_kg, kg, 1e-9 * kg) << body;
+  }
+}
+
 struct StringCase {
   WrapSurface surface;
   Vector3d a, b;

@@ -48,6 +48,20 @@ TEST(Rehearse, TellsWhatHoldsFromWhatDoesNot) {
   EXPECT_FALSE(ice.trouble.empty());
 }
 
+// Muscles that are too weak to hold it are named, with what they lack; joint torques would hold it.
+TEST(Rehearse, NamesMusclesThatAreTooWeak) {
+  Model model = box_model({"task={}"});
+  for (Muscle& muscle : model.scene.hand.muscles) muscle.max_force_N = 0.05;
+  const FoundGrasp grasp = grasp_that_goes(model.scene.object.X_WO.linear().col(1));
+  const Rehearsal weak = rehearse(model, grasp);
+  EXPECT_FALSE(weak.held());
+  EXPECT_NE(weak.weakness.find("N beyond its limit"), std::string::npos) << weak.trouble << ": " << weak.weakness;
+  model.scene.control->muscles.reset();
+  const Rehearsal by_torques = rehearse(model, grasp);
+  EXPECT_TRUE(by_torques.held()) << by_torques.trouble;
+  EXPECT_EQ(by_torques.weakness, "");
+}
+
 // The scene's own task is what is rehearsed, where it has one: a push that no grasp bears ends it.
 TEST(Rehearse, RunsTheTaskOfTheScene) {
   Model model = box_model({"task.push={force: [0 N, 60 N, 0 N], at: [0 mm, 0 mm, 0 mm], from: 1.2 s, over: 1 s}"});
