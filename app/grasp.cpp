@@ -60,7 +60,7 @@ ObjectWish wish_of(const Options& options, const fs::path& object) {
   if (!options.unit.empty()) {
     wish.unit_m = read_unit(options.unit).value;
     if (!(wish.unit_m > 0.0)) {
-      throw ConfigError({{"--unit", "", options.unit + " is not above 0: it is what 1 in the object's file measures"}});
+      throw FileError(object, "--unit " + options.unit + " is not above 0: it is what 1 in the file measures");
     }
   }
   wish.mass_kg = value_or(options.mass, Dimension::kMass, wish.mass_kg);

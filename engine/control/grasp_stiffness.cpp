@@ -183,7 +183,7 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
     slips->S_turn -= holds.transpose() * R.middleCols<3>(6);
     slips->G = holds.transpose() * goes;
   }
-  return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.rightCols<3>())};
+  return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.middleCols<3>(6))};
 }
 
 /// What a grasp's slips are found with.

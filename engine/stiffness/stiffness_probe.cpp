@@ -19,7 +19,6 @@ namespace {
 constexpr double kLever_m = 0.02;  // Arm that scales rotations to displacements, and moments to forces.
 constexpr double kPush_s = 0.05, kSettle_s = 0.1;
 constexpr double kRest_m = 1e-7;  // Probes move micrometres.
-constexpr double kSmall = 0.1;    // Factor on a probe: motions may grow, and contacts near their cones must stick.
 
 /// Two runs of one grasp that are pushed in opposite ways.
 struct Pair {
@@ -160,8 +159,7 @@ std::optional<MeasuredStiffness> probe_stiffness(const GraspAt& grasp, const Pre
 
 double measure_rate(const GraspAt& grasp, const GraspMode& mode, const ProbeSettings& settings) {
   Vector6d amounts;
-  amounts << Eigen::Vector3d::Constant(kSmall * settings.force_N),
-      Eigen::Vector3d::Constant(kSmall * settings.moment_Nm);
+  amounts << Eigen::Vector3d::Constant(settings.force_N), Eigen::Vector3d::Constant(settings.moment_Nm);
   const Vector6d pushed = amounts.cwiseProduct(mode.pushed_by);
   const double time_s = 1.0 / std::abs(mode.rate_per_s);
   Pair pair(grasp.model, grasp.run);
