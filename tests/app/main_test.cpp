@@ -111,8 +111,8 @@ TEST(Program, NeedsNoStandardStream) {
   const fs::path folder = scratch(), film = folder / "film.mcap", picture = folder / "hand.png";
   const std::string run = "run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --record " + film.string();
   for (const char* closed : {"<&-", "2>&-", ">&-", "<&- >&- 2>&-"}) {
-    const Outcome outcome = thenar_program(run + " " + closed + " 9>&1; echo $?", "exec 9>&1; ");
-    EXPECT_EQ(outcome.text.find("3\n"), std::string::npos) << closed << outcome.text;
+    const Outcome outcome = thenar_program(run + " " + closed + "; echo ended with $?");
+    EXPECT_NE(outcome.text.find("ended with 0\n"), std::string::npos) << closed << outcome.text;
     const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "a.csv").string());
     EXPECT_EQ(exported.code, 0) << closed << exported.text;
     EXPECT_EQ(exported.text, "") << closed;
@@ -120,7 +120,8 @@ TEST(Program, NeedsNoStandardStream) {
   }
   for (const char* closed : {"2>&-", ">&-"}) {
     fs::remove(picture);
-    (void)thenar_program("hand " + config("hand.yaml") + " --out " + picture.string() + " " + closed, "timeout 60 ");
+    (void)thenar_program("hand " + config("hand.yaml") + " --out " + picture.string() + " " + closed + "; true",
+                         "timeout 60 ");
     EXPECT_EQ(read(picture).substr(1, 3), "PNG") << closed;
   }
 }
@@ -305,9 +306,6 @@ TEST(Program, RefusesBrokenClouds) {
   save_ply(folder / "whole.ply", cloud, PlyFormat::kBinaryLittleEndian);
   const std::string bytes = read(folder / "whole.ply");
   std::ofstream(folder / "truncated.ply", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
-  PointCloud with_nan = cloud;
-  with_nan.points_m(1, 5) = std::nan("");
-  save_ply(folder / "nan.ply", with_nan, PlyFormat::kAscii);
   PointCloud a_point = cloud;
   a_point.points_m.setConstant(0.01);
   save_ply(folder / "point.ply", a_point, PlyFormat::kAscii);
@@ -319,7 +317,7 @@ TEST(Program, RefusesBrokenClouds) {
   save_ply(folder / "repeated.ply", repeated, PlyFormat::kBinaryLittleEndian);
   std::ofstream(folder / "bare.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                                         "property float z\nend_header\n0 0 0\n";
-  for (const char* name : {"truncated.ply", "nan.ply", "point.ply", "bare.ply", "flipped.ply", "repeated.ply"}) {
+  for (const char* name : {"truncated.ply", "point.ply", "bare.ply", "flipped.ply", "repeated.ply"}) {
     const Outcome run =
         thenar_program("run " + config("scan_grasp.yaml") + " --set object.shape.cloud=" + (folder / name).string() +
                        " --out " + (folder / "out").string());
