@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "thenar/eigen_layout.h"
+
 namespace thenar {
 
 /// Finds vertices in one place: returns for each the least number of those that it is joined with. Two are joined if
