@@ -178,10 +178,10 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
       goes.col(i) = R.col(9 + 2 * i);
       holds.col(i) = R.col(10 + 2 * i);
     }
-    slips->P = motion.transpose() * goes;
-    slips->S = holds.transpose() * motion;
-    slips->S_turn -= holds.transpose() * R.middleCols<3>(6);
-    slips->G = holds.transpose() * goes;
+    slips->P = motion.transpose().lazyProduct(goes);
+    slips->S = holds.transpose().lazyProduct(motion);
+    slips->S_turn -= holds.transpose().lazyProduct(R.middleCols<3>(6));
+    slips->G = holds.transpose().lazyProduct(goes);
   }
   return {motion.transpose().lazyProduct(motion), motion.transpose().lazyProduct(R.middleCols<3>(6))};
 }
@@ -236,10 +236,10 @@ void add_finger(const Model& model, const Frame& frame, const HandPose& pose, in
   const JointMatrix mixed = J.transpose().lazyProduct(turned);
   all.D[k] += J.transpose().lazyProduct(K_J - tilted).eval() - mixed - mixed.transpose();
   if (search == nullptr) return;
-  MatrixXd V_X = slips.S * T;
+  MatrixXd V_X = slips.S.lazyProduct(T);
   V_X.rightCols<3>() += slips.S_turn;
-  search->fingers[k] = {T.transpose() * slips.P, J.transpose() * slips.P, V_X, slips.S * J + slips.S_turn * turns_k,
-                        slips.G};
+  search->fingers[k] = {T.transpose().lazyProduct(slips.P), J.transpose().lazyProduct(slips.P), V_X,
+                        slips.S.lazyProduct(J) + slips.S_turn.lazyProduct(turns_k), slips.G};
 }
 
 }  // namespace
