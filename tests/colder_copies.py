@@ -17,6 +17,8 @@ HARMLESS = re.compile(
     r"-1, -?1>, "
     r"Eigen::internal::assign_op|DenseStorage<double, -1, -?1, -?1, 0>::DenseStorage\(|evaluateProductBlockingSizesHeuristic|aligned_malloc|>::~(?:gemm_blocking_space|runtime_sized_ringbuffer)\("
     r"|"
+    # Products of run-time size, of which the analysis of the sampled pose loop consists; ticks have lazy products.
+    r"general_matrix_vector_product<long, double, Eigen::internal::const_blas_data_mapper<double, long, 1>, 1, false|"
     r"throw_std_bad_alloc|conditional_aligned_new|PlainObjectBase<.*>::resize\(|Watcher::see_control"
     r"|^(decltype\(auto\) )?[^(<]*\bstd::|::(\w+)::~?\2(\[abi:\w+\])?\("
 )
