@@ -210,12 +210,14 @@ PredictedStiffness predict(const GraspRun& run, const MuscleVector& forces_N, bo
     all.joints_Nm_per_rad[k] = Eigen::SelfAdjointEigenSolver<MatrixXd>(even).eigenvalues()[0];
   }
   all.X_WO = at.state.X_WO;
-  const Matrix6d C_O = slipping_compliance(sticking, slips, muscles, all.X_WO.linear());
-  all.K_O = C_O.inverse();
+  const SlippingCompliance slipping = slipping_compliance(sticking, slips, muscles, all.X_WO.linear());
+  const SlippingCompliance more = slipping_compliance(sticking, more_slips, muscles, all.X_WO.linear());
+  all.K_O = slipping.C_O.inverse();
   all.contacts = grasp.contacts;
   all.sliding = grasp.sliding;
   for (const FingerSlips& finger : more_slips) all.near_sliding += static_cast<int>(finger.G.rows());
-  all.uncertain = compliance_error(slipping_compliance(sticking, more_slips, muscles, all.X_WO.linear()), C_O);
+  all.uncertain = compliance_error(more.C_O, slipping.C_O);
+  if (!slipping.is_solved || !more.is_solved) all.uncertain = std::max(all.uncertain, 1.0);
   all.effort = effort_of(hand, forces_N);
   const Dynamics laws = dynamics(model, seen.pose, all.X_WO.translation(), grasp, muscles);
   all.modes = modes_of(model, laws, all.X_WO.linear());

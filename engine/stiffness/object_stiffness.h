@@ -80,7 +80,8 @@ struct PredictedStiffness {
   Matrix6d K_O;  ///< About the object's origin, its axes [N/m, N/rad; N, N m/rad]: of the mean of opposite pushes.
   int contacts = 0, sliding = 0;
   int near_sliding = 0;                 ///< Contacts that slide, or have less than a hundredth of their friction left.
-  double uncertain = 0.0;               ///< compliance_error() if these are at their cones' edge, too.
+  double uncertain = 0.0;               ///< compliance_error() if these are at their cones' edge, too; at least 1
+                                        ///< where slips have no solution.
   PerFinger<double> joints_Nm_per_rad;  ///< Least eigenvalue of each D_k + M_k, object clamped; symmetric part.
   std::vector<GraspMode> modes;         ///< The slowest, or the one that grows fastest, first.
   MuscleEffort effort;

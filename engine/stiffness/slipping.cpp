@@ -42,14 +42,15 @@ Slips with_joints_in_equilibrium(const GraspStiffness& sticking, const PerFinger
 
 }  // namespace
 
-Matrix6d slipping_compliance(const GraspStiffness& sticking, const PerFinger<FingerSlips>& slips,
-                             const PerFinger<JointMatrix>& muscles, const Eigen::Matrix3d& R_WO) {
+SlippingCompliance slipping_compliance(const GraspStiffness& sticking, const PerFinger<FingerSlips>& slips,
+                                       const PerFinger<JointMatrix>& muscles, const Eigen::Matrix3d& R_WO) {
   Matrix6d R = Matrix6d::Zero();
   R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = R_WO;
   const Matrix6d C = sticking.of_object(muscles).inverse();
   const auto [Q, V, G] = with_joints_in_equilibrium(sticking, slips, muscles);
   const Index count = G.rows();
   Matrix6d moved = C * R;
+  bool is_solved = true;
   if (count > 0) {
     const MatrixXd M = G - V * C * Q;
     LcpWorkspace work(count);
@@ -58,12 +59,15 @@ Matrix6d slipping_compliance(const GraspStiffness& sticking, const PerFinger<Fin
       const Vector6d sticks = C * R.col(axis);
       for (const double way : {1.0, -1.0}) {
         const VectorXd w = way * V * sticks;
-        if (solve_lcp({M, w}, usual_pivot_budget(count), work, slid).status != LcpStatus::kSolved) continue;
+        if (solve_lcp({M, w}, usual_pivot_budget(count), work, slid).status != LcpStatus::kSolved) {
+          is_solved = false;
+          continue;
+        }
         moved.col(axis) -= 0.5 * way * (C * (Q * slid));
       }
     }
   }
-  return R.transpose() * moved;
+  return {R.transpose() * moved, is_solved};
 }
 
 }  // namespace thenar
