@@ -87,7 +87,7 @@ void describe(Visitor& v, FingertipKeys& keys) {
         keys.axes);
   describe_direction(v, {"pulp_normal", kNone, "", "", "The mean outward direction of its pulp, segment frame."},
                      keys.normal);
-  v.key({"joint_viscosity", kNone, "> 0 .. 1e5", "(The scene's.)", "The viscous damping of its joints in N m s."},
+  v.key({"joint_viscosity", kNone, "> 0 .. 1e7", "(The scene's.)", "The viscous damping of its joints in N m s."},
         keys.joint_viscosity);
   v.key({"reduced_modulus", kNone, "> 0 .. 1e13", "(The scene's.)", "The modulus E* of its pulp in Pa."},
         keys.reduced_modulus_Pa);

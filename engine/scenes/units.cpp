@@ -40,7 +40,7 @@ const Units& units_of(Dimension dimension) {
       {"a stiffness", {{"N/m"}, {"N/mm", 1e3}}, "-1e9 N/m", "1e9 N/m"},
       {"a rotational stiffness", {{"N*m/rad"}}, "-1e7 N*m/rad", "1e7 N*m/rad"},
       {"a damping", {{"N*s/m"}}, "-1e7 N*s/m", "1e7 N*s/m"},
-      {"a rotational damping", {{"N*m*s"}, {"N*m*s/rad"}}, "-1e5 N*m*s", "1e5 N*m*s"},
+      {"a rotational damping", {{"N*m*s"}, {"N*m*s/rad"}}, "-1e7 N*m*s", "1e7 N*m*s"},
       {"an integral gain", {{"N/(m*s)"}}, "-1e9 N/(m*s)", "1e9 N/(m*s)"},
       {"a rotational integral gain", {{"N*m/(rad*s)"}}, "-1e7 N*m/(rad*s)", "1e7 N*m/(rad*s)"},
       {"a frequency", {{"Hz"}, {"kHz", 1e3}}, "-1e9 Hz", "1e9 Hz"},

@@ -36,7 +36,7 @@ TEST(KeysProgram, ListsTheKeysBelowAPrefix) {
   }
   const std::string one = thenar_program("keys control.gain").text;
   EXPECT_EQ(std::count(one.begin(), one.end(), '\n'), 2) << one;
-  EXPECT_NE(one.find("> 0 or auto"), std::string::npos) << one;
+  EXPECT_NE(one.find("> 0 .. 1e7 N*m/rad or auto"), std::string::npos) << one;
   EXPECT_NE(thenar_program("keys").text.find("\ntask.push.over "), std::string::npos);
 }
 
