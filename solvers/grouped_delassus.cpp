@@ -386,7 +386,11 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
     const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
     const double acting_N = solution.f.norm();  // Where fingertips on paths hold the body on the ground.
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution, acting_N);
-    if (report.status == SolveStatus::kBudgetSpent || work.ground_status == SolveStatus::kBudgetSpent) {
+    // Sweeps may also have grown beyond all numbers, on a ground that was taken for stiffer than it is.
+    const auto is_usable = [](SolveStatus status) {
+      return status == SolveStatus::kConverged || status == SolveStatus::kNoSolution;
+    };
+    if (!is_usable(report.status) || !is_usable(work.ground_status)) {
       work.ground.x.setZero();  // Once more, from rest, and with a body that is taken for more mobile.
       work.linearisations = kWholeLinearisations + 2;
       solution.f.setZero();
