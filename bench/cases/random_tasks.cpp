@@ -146,14 +146,14 @@ TaskLook look_at_end(const RandomTask& task, const Recording& recording) {
   const TickRecord& last = recording.ticks.back();
   const Isometry3d X = against_environment(scene, last), &X_start = scene.object.X_WO;
   const bool is_peg = task.name == "peg_assembly";
-  Vector3d from_m = X_start.translation();
+  Isometry3d X_from = X_start;  // Where it is taken: on its way there the fingers push it, and slopes roll it.
   for (const TickRecord& tick : recording.ticks) {
     const int loading = task.name == "grip_lift" ? 1 : 2;  // The number of the phase that takes it.
-    if (!is_peg && tick.phase <= loading) from_m = against_environment(scene, tick).translation();
+    if (!is_peg && tick.phase <= loading) X_from = against_environment(scene, tick);
   }
-  look.off_m = (X.translation() - from_m - X_start.linear() * task.goal_m).norm();
+  look.off_m = (X.translation() - X_from.translation() - X_start.linear() * task.goal_m).norm();
   look.is_in_place = look.off_m < (is_peg ? 0.5e-3 : 3e-3);
-  look.is_upright = turn_rad(scene.object.shape, X_start.linear(), X.linear()) < 5.0 * kDegree;
+  look.is_upright = turn_rad(scene.object.shape, X_from.linear(), X.linear()) < 5.0 * kDegree;
   look.is_at_rest = true;
   for (const TickRecord& tick : recording.ticks) {
     if (!tick.is_from(last.time_s - 0.2)) continue;

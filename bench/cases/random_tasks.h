@@ -32,7 +32,7 @@ struct RandomTask {
 struct TaskLook {
   bool is_in_place = false;  ///< Within 3 mm of where the phases should have brought it from where it was taken (it may
                              ///< roll before); the peg within 0.5 mm of the hole's floor.
-  bool is_upright = false;   ///< Within 5 degrees of its attitude at the start, but for turns that cannot be seen.
+  bool is_upright = false;   ///< Within 5 degrees of its attitude when it was taken, but for turns not seen.
   bool is_at_rest = false;   ///< It moved by less than 0.2 mm in the last 0.2 s.
   bool is_free = false;      ///< No finger touches it.
   double off_m = 0.0;        ///< Distance from its place.

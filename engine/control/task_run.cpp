@@ -200,6 +200,8 @@ TaskRun::Step TaskRun::close(const Model& model, const HandPose& pose, const Sna
   report_.squeeze_N = std::max(kTouchShare, rise) * press_N_;
   for (int k = 0; k < model.fingers(); ++k) {
     const Vector3d asked = asked_N.segment<3>(3 * k);
+    // The object may give way to those that touched first.
+    if (seen.load[k].normal_N <= 0.0) return {{PhaseFault::kNotThere, finger_gap_m(model, pose, seen, k), 0.0, k}};
     const double off_N = (asked - seen.load[k].force_N).norm();
     if (off_N > kPressed * asked.norm()) return {{PhaseFault::kNotPressing, off_N, asked.norm(), k}};
   }

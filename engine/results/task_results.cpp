@@ -43,6 +43,8 @@ std::string lack_in_words(const Scene& scene, const TaskReport& task, const Phas
     case PhaseFault::kNotThere:
       return fmt::format("the {} is still {:.3g} mm from the object", finger, 1e3 * lack.value);
     case PhaseFault::kNotPressing:
+      if (lack.bound == 0.0)
+        return "no contact forces within the friction cones press the object as the fingers touch it";
       return fmt::format("the {}'s force is {:.3g} N off the {:.3g} N that it is asked for", finger, lack.value,
                          lack.bound);
     case PhaseFault::kNotLoaded:

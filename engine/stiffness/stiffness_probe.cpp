@@ -18,7 +18,8 @@ namespace {
 
 constexpr double kLever_m = 0.02;  // Arm that scales rotations to displacements, and moments to forces.
 constexpr double kPush_s = 0.05, kSettle_s = 0.1;
-constexpr double kRest_m = 1e-7;  // Probes move micrometres.
+constexpr double kRest_m = 1e-7;           // Probes move micrometres.
+constexpr double kProbedTolerance = 0.01;  // Of the scene's tolerance.
 
 /// Two runs of one grasp that are pushed in opposite ways.
 struct Pair {
@@ -52,8 +53,11 @@ struct Pair {
   bool is_finite = true;
 };
 
-Model less_viscous(const Model& of, double share) {
+/// Returns the model that probes run: with a share of its viscosities, and solved well beyond its own tolerance, for a
+/// probe is 1e-4 N beside contact forces of newtons.
+Model probed_model(const Model& of, double share) {
   Model model = of;
+  model.scene.contact.tolerance *= kProbedTolerance;
   model.scene.joint_viscosity *= share;
   for (Fingertip& tip : model.scene.hand.fingertips) {
     if (tip.joint_viscosity) *tip.joint_viscosity *= share;
@@ -95,7 +99,7 @@ Probed probe(Pair& pair, const Vector6d& wrench, double slowest_per_s, const Pro
 }  // namespace
 
 Rest let_rest(GraspAt& grasp, const ProbeSettings& settings) {
-  const Model model = less_viscous(grasp.model, settings.viscosity);
+  const Model model = probed_model(grasp.model, settings.viscosity);
   GraspRun run(model);
   run.go_on_as(grasp.run);
   const double from_s = run.time_s();
@@ -124,7 +128,7 @@ std::optional<MeasuredStiffness> probe_stiffness(const GraspAt& grasp, const Pre
                                                  const ProbeSettings& settings) {
   const bool frozen = grasp.model.scene.control->muscles->frozen_from_s.has_value();
   if (frozen && !predicted.is_stable()) return std::nullopt;
-  const Model model = frozen ? less_viscous(grasp.model, settings.viscosity) : grasp.model;
+  const Model model = probed_model(grasp.model, frozen ? settings.viscosity : 1.0);
   ProbeSettings waiting = settings;
   if (!frozen) waiting.most_s = settings.law_s;
   const double slowest_per_s = frozen ? predicted.slowest().rate_per_s / settings.viscosity : 1.0 / settings.law_s;
