@@ -23,6 +23,9 @@ void check_time(Visitor& v, const Scene& scene) {
     v.refuse("duration", "makes more than 10 million steps of time.step");
   }
   if (!v.is_refused("step")) {
+    if (scene.duration_s < scene.step_s * (1.0 - kRounding)) {
+      v.refuse("duration", "must not be shorter than time.step");
+    }
     const double steps = scene.control_period_s / scene.step_s;
     if (steps < 1.0 - kRounding) v.refuse("control_period", "must not be shorter than time.step");
     if (steps > kMaxStepsAPeriod * (1.0 + kRounding)) {

@@ -141,6 +141,8 @@ TEST(Scene, BoundsTimesAndCountsThatSizeMemory) {
   for (const std::string bad : {"1.01 s", "1e300 s"}) {
     EXPECT_EQ(fault_with({"time.step=" + bad, "time.duration=1 ms"}), "time.step: " + bad + " must be at most 1 s");
   }
+  EXPECT_EQ(fault_with({"time.step=1 ms", "time.duration=0.4 ms"}),
+            "time.duration: must not be shorter than time.step");
   EXPECT_EQ(fault_with({step, "time.duration=1e8 s"}), "time.duration: makes more than 10 million steps of time.step");
   EXPECT_EQ(fault_with({step, "time.duration=1e300 s"}), "time.duration: 1e300 s must be at most 1e9 s");
   EXPECT_EQ(fault_with({"object.points=1000001"}), "object.points: 1000001 must be at most 1000000");
