@@ -340,6 +340,9 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
     notes.push_back(
         fmt::format("turned {} of {}, wound the other way", counted(mending.turned, "face"), mesh.triangles.cols()));
   }
+  if (mending.split > 0) {
+    notes.push_back(fmt::format("split {} at corners that lie on them", counted(mending.split, "edge")));
+  }
   if (mending.joined_m > 0.0) notes.emplace_back("joined corners that are up to a millionth of the size apart");
   if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {}", counted(mending.open_edges, "open edge")));
 }
