@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 // Open edges at a vertex that are compared, each with each: slits that end at one vertex are few.
-constexpr std::size_t kMostAround = 32;
+constexpr std::size_t kMostSlits = 32;
 
 /// The open edges of a mesh, while slits are closed.
 class OpenEdges {
@@ -31,7 +31,7 @@ class OpenEdges {
   /// closed by that. Returns this end; -1: there are no two such edges.
   int split_at(int v, double apart_m) {
     const auto around = around_.find(v);
-    if (around == around_.end() || around->second.size() > kMostAround) return -1;
+    if (around == around_.end() || around->second.size() > kMostSlits) return -1;
     for (const int a : around->second) {
       for (const int b : around->second) {
         if (a == b || !is_between(v, a, b, apart_m)) continue;
