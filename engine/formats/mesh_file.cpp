@@ -325,8 +325,10 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
   if (mesh.triangles.cols() == 0) throw FileError(file, "its faces have no area");
   const auto share = [&](Index edges) { return static_cast<double>(edges) / static_cast<double>(mending.edges); };
   if (share(mending.open_edges) > kMostOpen) {
-    throw FileError(file, fmt::format("is no closed surface: {:.0f} % of its edges have a face on one side only",
-                                      100.0 * share(mending.open_edges)));
+    throw FileError(file,
+                    fmt::format("is no closed surface: {:.0f} % of its edges have a face on one side only; close its "
+                                "holes, and give sheets a thickness",
+                                100.0 * share(mending.open_edges)));
   }
   if (share(mending.at_odds) > kMostAtOdds) {
     throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one",

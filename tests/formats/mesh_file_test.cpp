@@ -139,7 +139,8 @@ TEST(MeshFile, TurnsFacesAndSaysSo) {
 
 TEST(MeshFile, RefusesWhatIsNoClosedSurface) {
   EXPECT_EQ(read(obj_box(5), "box.obj").fault,
-            "box.obj: is no closed surface: 24 % of its edges have a face on one side only");
+            "box.obj: is no closed surface: 24 % of its edges have a face on one side only; close its holes, and give "
+            "sheets a thickness");
   EXPECT_EQ(read(obj_box(0), "box.obj").fault,
             "box.obj: has no faces; points alone are read from .ply, .xyz and .pcd files");
   EXPECT_EQ(read("o box\n", "box.obj").fault, "box.obj: has no faces");
