@@ -16,6 +16,7 @@
 #include "collision/blue_noise.h"
 #include "collision/joined_vertices.h"
 #include "collision/mesh_edges.h"
+#include "collision/split_edges.h"
 #include "collision/winding_number.h"
 
 namespace thenar {
@@ -124,12 +125,12 @@ Index count_open_edges(const std::vector<EdgeSide>& sides) {
   return open;
 }
 
+// What a program computes as zero is some 1e-18 of the size; numbers of single precision, or of seven digits, are off
+// by some 1e-7 of it. Where joining the former leaves a closed surface, the latter are not joined.
+constexpr double kNear = 1e-9, kFar = 1e-6;
+
 /// Joins vertices in one place, and drops what has no area then. Returns the sides that are left.
-std::vector<EdgeSide> join(TriangleMesh& mesh, MeshMending& mending) {
-  // What a program computes as zero is some 1e-18 of the size; numbers of single precision, or of seven digits, are off
-  // by some 1e-7 of it. Where joining the former leaves a closed surface, the latter are not joined.
-  constexpr double kNear = 1e-9, kFar = 1e-6;
-  const double whole_m = size_m(mesh);
+std::vector<EdgeSide> join(TriangleMesh& mesh, double whole_m, MeshMending& mending) {
   TriangleMesh far{{}, mesh.triangles};
   mesh.triangles = joined_triangles(mesh, kNear * whole_m);
   mending.dropped = drop_without_area(mesh);
@@ -357,7 +358,9 @@ std::vector<Eigen::Vector3i> cut_polygon(const Eigen::Matrix3Xd& corners) {
 
 MeshMending mend(TriangleMesh& mesh) {
   MeshMending mending;
-  std::vector<EdgeSide> sides = join(mesh, mending);
+  const double whole_m = size_m(mesh);
+  std::vector<EdgeSide> sides = join(mesh, whole_m, mending);
+  mending.split = split_open_edges(mesh, sides, kFar * whole_m);
   mending.doubled = remove_doubled_faces(mesh, sides);
   const Index count = mesh.triangles.cols();
   const std::vector<Neighbours> neighbours = find_neighbours(sides, mending);

@@ -17,6 +17,7 @@ namespace thenar {
 struct MeshMending {
   Eigen::Index dropped = 0;     ///< Triangles without area.
   Eigen::Index doubled = 0;     ///< Triangles that lay on others of the same vertices.
+  Eigen::Index split = 0;       ///< Splits of open edges where ends of others lay on them.
   double joined_m = 0.0;        ///< Vertices up to this far apart were joined; 0: none but by rounding.
   Eigen::Index turned = 0;      ///< Triangles that were oriented opposite to their neighbours, or inside out.
   Eigen::Index edges = 0;       ///< Edges of the mended mesh.
@@ -26,6 +27,7 @@ struct MeshMending {
 
 /// Joins vertices that coincide, to 1e-9 of the mesh's size, or where that leaves it open to 1e-6; drops triangles
 /// without area, and those that lie on others: the second sides of a surface, and walls between solids that touch.
+/// Open edges are split where the ends of others lie on them, to 1e-6 of the size.
 /// Orients triangles like their neighbours: in each connected part like the majority. A part that is then inside out is
 /// reversed, unless it lies within another one, and so may be its cavity.
 /// Requires  Finite vertices, as far as triangles have them; numbers of vertices within range.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/formats/files.h"
+#include "engine/formats/text.h"
 
 namespace thenar {
 
@@ -62,9 +63,15 @@ std::string_view ByteSource::take(std::size_t size, const std::string& what) {
   return bytes;
 }
 
+void ByteSource::fail_as_number(std::string_view word) const {
+  const bool has_comma = word.find(',') != word.npos;
+  fail_at_line("'" + printable(word) + "' is not a number" +
+               (has_comma ? ": write a point in place of the comma" : ""));
+}
+
 double ByteSource::finite(std::string_view word) const {
   const auto number = number_in<double>(word);
-  if (!number) fail_at_line("'" + std::string(word) + "' is not a number");
+  if (!number) fail_as_number(word);
   if (!std::isfinite(*number)) fail_at_line("'" + std::string(word) + "' is not finite: leave such points out");
   return *number;
 }

@@ -40,6 +40,8 @@ class ByteSource {
   /// Fails at what was taken last: a line, or bytes.
   [[noreturn]] void fail_here(const std::string& what) const;
   [[noreturn]] void fail(const std::string& what) const;
+  /// Fails at the last line, of which this word should be a number.
+  [[noreturn]] void fail_as_number(std::string_view word) const;
 
   /// Takes the next line without its end; the last one may have none. At the end of the file it fails.
   std::string_view take_line();

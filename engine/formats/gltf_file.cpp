@@ -1,6 +1,7 @@
 #include "engine/formats/gltf_file.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -81,6 +82,7 @@ std::string from_uri(std::string_view uri) {
   return text;
 }
 
+/// Reads a buffer; one without an address has the bytes of `chunk`.
 std::string read_buffer(const Gltf& gltf, const json& buffer, std::string_view chunk) {
   if (!buffer.contains("uri")) return std::string(chunk);
   const auto uri = buffer.at("uri").get<std::string>();
@@ -162,7 +164,8 @@ double Numbers::at(std::size_t i, std::size_t k) const {
 Numbers numbers_of(const Gltf& gltf, std::size_t index, std::size_t width) {
   const json& accessor = gltf.item("accessors", index);
   const std::string name = "accessor " + std::to_string(index) + ": ";
-  if (accessor.contains("sparse")) gltf.fail(name + "sparse numbers are not read");
+  if (accessor.contains("sparse")) gltf.fail(name + "sparse numbers are not read: save it without");
+  if (!accessor.contains("bufferView")) gltf.fail(name + "has no numbers");
   Numbers numbers{.bytes = {},
                   .count = accessor.at("count").get<std::size_t>(),
                   .stride = 0,
@@ -242,11 +245,25 @@ std::vector<std::size_t> triangles_of(const Gltf& gltf, const json& primitive, s
   return corners;
 }
 
+/// Refuses a file that needs an extension by which its triangles are other ones than without.
+void check_extensions(const Gltf& gltf) {
+  const auto has = [&](const char* list, const char* name) {
+    const auto found = gltf.root.find(list);
+    return found != gltf.root.end() && std::ranges::find(*found, name) != found->end();
+  };
+  for (const char* packed : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    if (has("extensionsRequired", packed)) gltf.fail(std::string("is compressed (") + packed + "): save it without");
+  }
+  constexpr const char* kCopies = "EXT_mesh_gpu_instancing";
+  if (has("extensionsUsed", kCopies)) {
+    gltf.fail(std::string("has copies of meshes (") + kCopies + "), which are not read: save them as nodes");
+  }
+}
+
 void add_primitive(const Gltf& gltf, const json& primitive, const Affine3d& X, MeshBuilder& mesh) {
-  for (const char* packed : {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}) {
-    if (primitive.contains("extensions") && primitive.at("extensions").contains(packed)) {
-      gltf.fail(std::string("is compressed (") + packed + "): save it without");
-    }
+  const char* const packed = "KHR_draco_mesh_compression";
+  if (primitive.contains("extensions") && primitive.at("extensions").contains(packed)) {
+    gltf.fail(std::string("is compressed (") + packed + "): save it without");
   }
   if (!primitive.at("attributes").contains("POSITION")) return;
   const auto accessor = primitive.at("attributes").at("POSITION").get<std::size_t>();
@@ -297,7 +314,7 @@ TriangleMesh mesh_of(const Gltf& gltf, std::vector<std::string>& notes) {
   for (const std::size_t node : top_nodes(gltf)) open.push_back({node, Affine3d::Identity()});
   std::vector<char> seen(gltf.root.contains("nodes") ? gltf.root.at("nodes").size() : 0, 0);
   MeshBuilder mesh;
-  bool has_skin = false;
+  bool has_skin = false, has_targets = false;
   while (!open.empty()) {
     const Placed at = open.back();
     open.pop_back();
@@ -307,11 +324,13 @@ TriangleMesh mesh_of(const Gltf& gltf, std::vector<std::string>& notes) {
     for (const auto child : node.value("children", std::vector<std::size_t>{})) open.push_back({child, X});
     has_skin = has_skin || (node.contains("skin") && node.contains("mesh"));
     if (!node.contains("mesh")) continue;
-    for (const json& primitive : gltf.item("meshes", node.at("mesh").get<std::size_t>()).at("primitives")) {
-      add_primitive(gltf, primitive, X, mesh);
-    }
+    const json& shape = gltf.item("meshes", node.at("mesh").get<std::size_t>());
+    const auto weights = (node.contains("weights") ? node : shape).value("weights", std::vector<double>{});
+    has_targets = has_targets || std::ranges::any_of(weights, [](double weight) { return weight != 0.0; });
+    for (const json& primitive : shape.at("primitives")) add_primitive(gltf, primitive, X, mesh);
   }
   if (has_skin) notes.emplace_back("took the mesh at rest: its skin is not moved");
+  if (has_targets) notes.emplace_back("took the mesh at rest: its morph targets are not added");
   if (!mesh.has_faces()) gltf.fail("has no triangles");
   return mesh.mesh();
 }
@@ -330,9 +349,11 @@ TriangleMesh parse_gltf(std::string_view bytes, const fs::path& file, std::vecto
   gltf.root = json::parse(chunks.first, nullptr, false);
   if (!gltf.root.is_object() || !gltf.root.contains("asset")) gltf.fail("is no glTF file");
   if (!gltf.root.at("asset").value("version", "").starts_with("2")) gltf.fail("is glTF of another version than 2.0");
+  check_extensions(gltf);
   if (gltf.root.contains("buffers")) {
     for (const json& buffer : gltf.root.at("buffers")) {
-      gltf.buffers.push_back(read_buffer(gltf, buffer, chunks.second));
+      // Only the first one is that of a .glb.
+      gltf.buffers.push_back(read_buffer(gltf, buffer, gltf.buffers.empty() ? chunks.second : std::string_view()));
     }
   }
   return mesh_of(gltf, notes);

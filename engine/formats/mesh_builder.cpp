@@ -42,14 +42,14 @@ std::string MeshBuilder::add_vertex(const Eigen::Vector3d& vertex) {
 }
 
 std::string MeshBuilder::add_face(std::vector<int> corners) {
-  if (corners.size() < 3) return "a face needs at least three corners";
-  if (corners.size() > 3) {
+  if (corners.empty()) return "";
+  if (corners.size() != 3) {
     const int first = corners.front();
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
     while (corners.size() > 1 && corners.back() == corners.front()) corners.pop_back();
-    if (corners.size() < 3) corners.assign(3, first);  // Without area: mend() counts it.
+    if (corners.size() < 3) corners.assign(3, first);  // Without area, as a point or a line is: mend() counts it.
   }
-  if (corners.size() > kMostCorners) return "a face must not have more than 1000 corners";
+  if (corners.size() > kMostCorners) return "a face must not have more than 1000 corners: cut it into triangles";
   if (corners.size() == 3) {
     triangles_.insert(triangles_.end(), corners.begin(), corners.end());
     return "";

@@ -107,7 +107,10 @@ OffHead read_off_head(ByteSource& source) {
   } else if (!number_in<std::uint64_t>(name)) {  // The name may be left out.
     source.fail("not an OFF file");
   }
-  if (words->size() < 2) source.fail_at_line("needs the numbers of vertices, faces and edges");
+  for (const bool has_line_each = words->size() == 1; has_line_each && words->size() < 3;) {
+    const Words more = require_words(source);
+    words->insert(words->end(), more.begin(), more.end());
+  }
   head.vertices = whole_number(source, (*words)[0]);
   head.faces = whole_number(source, (*words)[1]);
   // Three values in every line, each with a digit and a blank or the line's end after it; the last may have none.
@@ -169,11 +172,13 @@ int obj_corner(const ByteSource& source, std::string_view word, std::size_t vert
 TriangleMesh parse_obj(ByteSource& source, Notes& notes) {
   MeshBuilder mesh;
   Index divided = 0;
+  bool has_free_form = false;
   while (const auto words = next_obj_words(source)) {
     const std::string key = lower_case(words->front());
+    has_free_form = has_free_form || key == "surf" || key == "curv";
     if (key == "v") {
-      // x y z; x y z w; x y z and a colour; x y z w and a colour.
-      const bool has_fourth = words->size() == 5 || words->size() == 8;
+      // x y z; x y z w; x y z and a colour of three numbers, or of four, of which the last is its opacity.
+      const bool has_fourth = words->size() == 5;
       expect_none(source, mesh.add_vertex(point_of(source, *words, 1, has_fourth)));
       if (has_fourth && source.finite((*words)[4]) != 1.0) ++divided;
     }
@@ -185,6 +190,9 @@ TriangleMesh parse_obj(ByteSource& source, Notes& notes) {
     expect_none(source, mesh.add_face(std::move(corners)));
   }
   if (divided > 0) notes.push_back("divided x y z by w, the fourth coordinate, of " + counted(divided, "corner"));
+  if (has_free_form && !mesh.has_faces()) {
+    source.fail("has no faces, but curves or surfaces of free form, which are not read: save it as a mesh");
+  }
   return mesh_of(source, mesh);
 }
 
@@ -201,11 +209,17 @@ bool is_text_stl(std::string_view bytes) {
   return first == "solid" || first == "facet" || first.starts_with('#');
 }
 
+/// Returns the number of facets that the header of a binary file says.
+std::uint32_t facets_declared(std::string_view bytes) {
+  std::uint32_t facets = 0;
+  std::memcpy(&facets, bytes.data() + kStlTitle, sizeof facets);
+  return facets;
+}
+
 /// Returns the number of facets of a binary file; nothing if its size does not match.
 std::optional<std::uint32_t> binary_stl_facets(std::string_view bytes) {
-  std::uint32_t facets = 0;
   if (bytes.size() < kStlHead) return std::nullopt;
-  std::memcpy(&facets, bytes.data() + kStlTitle, sizeof facets);
+  const std::uint32_t facets = facets_declared(bytes);
   const std::size_t size = kStlHead + kStlFacet * facets;
   // Some programs write a few bytes more.
   const bool fits = bytes.size() == size || (bytes.size() > size && bytes.size() - size < kStlFacet);
@@ -232,21 +246,37 @@ TriangleMesh parse_binary_stl(ByteSource& source, std::uint32_t facets, Notes& n
   return mesh_of(source, mesh);
 }
 
+/// Returns the place in a line of the first facet from the word `i` on; the line's end if there is none.
+std::size_t facet_in(const Words& words, std::size_t i) {
+  while (i + 1 < words.size() && (lower_case(words[i]) != "facet" || lower_case(words[i + 1]) != "normal")) ++i;
+  return i + 1 < words.size() ? i : words.size();
+}
+
+/// Reads facets whose keywords may share lines, and be in two words, such as "end loop".
 TriangleMesh parse_text_stl(ByteSource& source) {
   MeshBuilder mesh;
   std::size_t corners = 0;
   bool is_open = false;
   while (const auto words = next_words(source)) {
-    const std::string key = lower_case(words->front());
-    if (key == "solid" || key == "endsolid") is_open = key == "solid";
-    if (key == "vertex") {
-      expect_none(source, mesh.add_vertex(point_of(source, *words, 1, false)));
-      ++corners;
+    for (std::size_t i = 0; i < words->size(); ++i) {
+      std::string key = lower_case((*words)[i]);
+      if (key == "end" && i + 1 < words->size()) key += lower_case((*words)[++i]);
+      if (key == "solid" || key == "endsolid") {
+        // The name of a solid fills its line, unless facets do.
+        const std::size_t facet = facet_in(*words, i + 1);
+        is_open = key == "solid" || facet < words->size();
+        i = facet - 1;
+      }
+      if (key == "vertex") {
+        expect_none(source, mesh.add_vertex(point_of(source, *words, i + 1, false)));
+        ++corners;
+        i += 3;
+      }
+      if (key != "endfacet") continue;
+      if (corners != 3) source.fail_at_line("a facet must have three vertices, has " + std::to_string(corners));
+      mesh.add_triangle();
+      corners = 0;
     }
-    if (key != "endfacet") continue;
-    if (corners != 3) source.fail_at_line("a facet must have three vertices, has " + std::to_string(corners));
-    mesh.add_triangle();
-    corners = 0;
   }
   if (is_open) source.fail_at_line("the file is truncated: 'endsolid' is missing");
   if (corners > 0) source.fail_at_line("the file is truncated: 'endfacet' is missing");
@@ -261,7 +291,11 @@ TriangleMesh parse_stl(std::string_view bytes, const fs::path& file, Notes& note
   const std::string_view text = plain_text(bytes, file, store);
   ByteSource source(file, text);
   if (is_text_stl(text)) return parse_text_stl(source);
-  source.fail("neither begins with 'solid' nor has the size that a binary STL file of its facets has");
+  if (bytes.size() < kStlHead) source.fail("is no STL file: a text begins with 'solid', and a binary file is longer");
+  source.fail(
+      fmt::format("is no text, which begins with 'solid', and its header says that it has {} facets, where it "
+                  "has {}: is it whole? Save or download it again",
+                  facets_declared(bytes), (bytes.size() - kStlHead) / kStlFacet));
 }
 
 // ---- PLY ----
@@ -291,8 +325,10 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
   if (mesh.triangles.cols() == 0) throw FileError(file, "its faces have no area");
   const auto share = [&](Index edges) { return static_cast<double>(edges) / static_cast<double>(mending.edges); };
   if (share(mending.open_edges) > kMostOpen) {
-    throw FileError(file, fmt::format("is no closed surface: {:.0f} % of its edges have a face on one side only",
-                                      100.0 * share(mending.open_edges)));
+    throw FileError(file,
+                    fmt::format("is no closed surface: {:.0f} % of its edges have a face on one side only; close its "
+                                "holes, and give sheets a thickness",
+                                100.0 * share(mending.open_edges)));
   }
   if (share(mending.at_odds) > kMostAtOdds) {
     throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one",
@@ -305,6 +341,9 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
   if (mending.turned > 0) {
     notes.push_back(
         fmt::format("turned {} of {}, wound the other way", counted(mending.turned, "face"), mesh.triangles.cols()));
+  }
+  if (mending.split > 0) {
+    notes.push_back(fmt::format("split {} at corners that lie on them", counted(mending.split, "edge")));
   }
   if (mending.joined_m > 0.0) notes.emplace_back("joined corners that are up to a millionth of the size apart");
   if (mending.open_edges > 0) notes.push_back(fmt::format("the mesh has {}", counted(mending.open_edges, "open edge")));

@@ -246,7 +246,7 @@ void read_ascii(ByteSource& source, const PcdHeader& header, const std::vector<s
     }
     for (const std::size_t column : columns) {
       const auto number = number_in<double>(words[column]);
-      if (!number) source.fail_at_line("'" + printable(words[column]) + "' is not a number");
+      if (!number) source.fail_as_number(words[column]);
       values.push_back(*number);
     }
   }

@@ -199,7 +199,7 @@ void read_ascii(ByteSource& source, const Element& element, std::size_t list, Re
   const auto take = [&] {
     if (next == words.size()) source.fail_at_line("too few values for one " + element.name);
     const auto value = number_in<double>(words[next]);
-    if (!value) source.fail_at_line("'" + std::string(words[next]) + "' is not a number");
+    if (!value) source.fail_as_number(words[next]);
     ++next;
     return *value;
   };

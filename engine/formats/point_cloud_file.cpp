@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/formats/file_kind.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mesh_file.h"
 #include "engine/formats/pcd_file.h"
@@ -121,6 +122,11 @@ void normalise(Eigen::Matrix3Xd& normals) {
   }
 }
 
+bool is_text_cloud(const std::string& ending) {
+  return ending == ".xyz" || ending == ".asc" || ending == ".csv" || ending == ".pts" || ending == ".txt" ||
+         ending == ".xyzn" || ending == ".xyzrgb";
+}
+
 /// Refuses a file whose name does not end as one that is read.
 [[noreturn]] void refuse_kind(const fs::path& file) {
   const std::string ending = ending_of(file);
@@ -151,19 +157,20 @@ bool is_mesh_file(const fs::path& file) {
 
 bool is_surface_file(const fs::path& file) {
   const std::string ending = ending_of(file);
-  return ending == ".ply" || ending == ".xyz" || ending == ".pcd" || is_mesh_file(file);
+  return ending == ".ply" || ending == ".pcd" || is_text_cloud(ending) || is_mesh_file(file);
 }
 
 PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const CloudOptions& options,
                        std::vector<std::string>& notes) {
   const std::string ending = ending_of(file);
+  if (is_surface_file(file)) expect_kind_of_name(bytes, file);
   PointCloud cloud;
   std::optional<TriangleMesh> mesh;
   if (ending == ".ply") {
     PlyFile ply = parse_ply(bytes, file, notes);
     cloud = std::move(ply.cloud);
     mesh = std::move(ply.mesh);
-  } else if (ending == ".xyz") {
+  } else if (is_text_cloud(ending)) {
     cloud = parse_xyz(bytes, file, notes);
   } else if (ending == ".pcd") {
     cloud = parse_pcd(bytes, file, notes);

@@ -23,7 +23,7 @@ struct CloudOptions {
 
 /// Reads a surface, by the extension of the file's name:
 ///   .ply         points, or a mesh: ply_file.h
-///   .xyz         points in a text: text_cloud_file.h
+///   .xyz         points in a text: text_cloud_file.h; also .asc, .csv, .pts, .txt, .xyzn and .xyzrgb
 ///   .pcd         points of the Point Cloud Library: pcd_file.h
 ///   .obj .stl .off .glb .gltf  a mesh, whose faces are sampled: mesh_file.h
 /// Points have normals, which are normalised, or none, and then the cloud has none: see estimate_normals() in

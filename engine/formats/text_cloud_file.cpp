@@ -66,7 +66,7 @@ std::optional<double> number_of(std::string_view word) {
 
 double require_number(const ByteSource& source, std::string_view word) {
   const auto number = number_of(word);
-  if (!number) source.fail_at_line("'" + printable(word) + "' is not a number");
+  if (!number) source.fail_as_number(word);
   return *number;
 }
 
@@ -74,7 +74,7 @@ double require_number(const ByteSource& source, std::string_view word) {
 struct Table {
   std::vector<double> values;
   std::size_t width = 0;               ///< Values in a line.
-  std::vector<std::string> title;      ///< The words of the line before them.
+  std::vector<std::string> title;      ///< The words of the line before them; fewer name the last columns.
   std::optional<std::uint64_t> count;  ///< The number of points, where a line of its own says it.
 };
 
@@ -106,6 +106,12 @@ Table read_table(ByteSource& source) {
       table.count = number_in<std::uint64_t>(words[0]);
       if (table.count) continue;
     }
+    if (!is_first && words.size() == 1 && table.count) {  // Files of scanners may have several scans, each counted.
+      if (const auto more = number_in<std::uint64_t>(words[0])) {
+        *table.count += *more;
+        continue;
+      }
+    }
     if (is_first) table.width = words.size();
     if (table.width < 3) {
       source.fail_at_line("must be x y z or x y z nx ny nz, not " + counted(std::ssize(words), "value"));
@@ -136,15 +142,29 @@ bool are_normals(const Rows& rows, Index first) {
   return 10 * unit > 9 * some && (is_any_negative || rows.cols() < few);
 }
 
-/// Returns the columns that a title names so; nothing if it does not name all three, or more than once.
-std::optional<std::array<Index, 3>> named(const Table& table, const std::array<std::string_view, 3>& names) {
-  if (table.title.size() != table.width) return std::nullopt;
+/// Returns the columns that a title names so, with `prefix` and one of three endings; nothing if it does not name all
+/// three, or more than once. The numbers of rows, as tables have them first, have no name.
+std::optional<std::array<Index, 3>> named(const Table& table, const std::string& prefix,
+                                          const std::array<std::string, 3>& endings) {
+  const std::size_t unnamed = table.width - std::min(table.width, table.title.size());
+  if (table.title.size() > table.width || unnamed > 1) return std::nullopt;
   std::array<Index, 3> columns{};
   for (std::size_t k = 0; k < 3; ++k) {
-    if (std::ranges::count(table.title, names[k]) != 1) return std::nullopt;
-    columns[k] = std::ranges::find(table.title, names[k]) - table.title.begin();
+    const std::string name = prefix + endings[k];
+    if (std::ranges::count(table.title, name) != 1) return std::nullopt;
+    columns[k] = std::ranges::find(table.title, name) - table.title.begin() + static_cast<Index>(unnamed);
   }
   return columns;
+}
+
+/// Returns the columns that a title gives one of these names, with x, y and z, or numbers as ParaView writes.
+std::optional<std::array<Index, 3>> named(const Table& table, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (const auto columns = named(table, name, {"x", "y", "z"})) return columns;
+    if (const auto columns = named(table, name, {":0", ":1", ":2"})) return columns;
+    if (const auto columns = named(table, name, {"_0", "_1", "_2"})) return columns;
+  }
+  return std::nullopt;
 }
 
 std::string in_words(const std::array<Index, 3>& columns) {
@@ -158,12 +178,8 @@ std::string in_words(const std::array<Index, 3>& columns) {
 PointCloud cloud_of(const Table& table, Notes& notes) {
   const auto width = static_cast<Index>(table.width);
   const Rows rows(table.values.data(), width, std::ssize(table.values) / width);
-  const std::array<Index, 3> places = named(table, {"x", "y", "z"}).value_or(std::array<Index, 3>{0, 1, 2});
-  std::optional<std::array<Index, 3>> normals;
-  for (const std::string_view prefix : {"n", "normal_", "normal"}) {
-    const std::string p(prefix);
-    if (!normals) normals = named(table, {p + "x", p + "y", p + "z"});
-  }
+  const auto places = named(table, {"", "points"}).value_or(std::array<Index, 3>{0, 1, 2});
+  auto normals = named(table, {"n", "normal_", "normal", "normals"});
   const bool is_named = normals.has_value();
   for (Index first = 3; !is_named && places[2] == 2 && first + 3 <= width && !normals; ++first) {
     if (are_normals(rows, first)) normals = {first, first + 1, first + 2};

@@ -25,7 +25,8 @@ struct SceneTextNotes {
 /// that of the contacts; the controller's cones take seven tenths of it.
 [[nodiscard]] Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mass_kg, double friction);
 
-/// The centroid of the solid that a surface encloses, from its samples [m]; the middle of its box if they enclose none.
+/// The centroid of the solid that a surface encloses, from its samples [m], which need not be evenly dense; the middle
+/// of its box if they enclose none.
 [[nodiscard]] Eigen::Vector3d enclosed_centroid_m(const PointCloud& cloud);
 
 }  // namespace thenar

@@ -245,6 +245,54 @@ TEST(MeshSolids, TrianglesWithoutAreaCloseGaps) {
   EXPECT_TRUE(sample_mesh(mesh, 200).normals.allFinite());
 }
 
+/// A box whose side at x = k is cut into `cuts[k]` rectangles of the same width along y, the others not at all.
+TriangleMesh box_of_bricks(const Vector3d& size, const std::vector<int>& cuts) {
+  std::vector<TriangleMesh> faces;
+  const auto add = [&](const Vector3d& at, const Vector3d& a, const Vector3d& b) {
+    TriangleMesh face{Matrix3Xd(3, 4), Eigen::Matrix3Xi(3, 2)};
+    face.vertices_m << at, at + a, at + a + b, at + b;
+    face.triangles.transpose() << 0, 1, 2, 0, 2, 3;
+    faces.push_back(face);
+  };
+  const Vector3d x(size.x(), 0, 0), y(0, size.y(), 0), z(0, 0, size.z()), none = Vector3d::Zero();
+  add(none, y, x);
+  add(z, x, y);
+  add(none, x, z);
+  add(y, z, x);
+  add(none, z, y);
+  // Rows of bricks along y, each row cut in another way.
+  const double rows = static_cast<double>(cuts.size());
+  for (std::size_t row = 0; row < cuts.size(); ++row) {
+    const Vector3d at = x + z * static_cast<double>(row) / rows;
+    for (int k = 0; k < cuts[row]; ++k) add(at + y * k / cuts[row], y / cuts[row], z / rows);
+  }
+  return together(faces);
+}
+
+// One large face along several small ones, as programs leave them that merge voxels, or that cut plane faces at will.
+TEST(MeshSolids, EdgesAreSplitAtCornersOnThem) {
+  for (const std::vector<int>& cuts : {std::vector<int>{2}, {7}, {3, 2}, {1, 3, 4, 5, 1, 7}, {11, 13, 17, 1, 19}}) {
+    for (const double turn : {0.0, 0.3}) {
+      TriangleMesh mesh = box_of_bricks({3, 4, 6}, cuts);
+      const Eigen::Matrix3d R = Eigen::AngleAxisd(turn, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+      mesh.vertices_m = (R * mesh.vertices_m).eval();
+      const MeshMending mending = mend(mesh);
+      EXPECT_GT(mending.split, 0);
+      EXPECT_EQ(mending.open_edges, 0);
+      EXPECT_EQ(mending.at_odds, 0);
+      const EnclosedSolid solid = enclosed_solid(mesh);
+      EXPECT_NEAR(solid.volume_m3, 72.0, 1e-9);
+      EXPECT_LT((solid.centroid_m - R * Vector3d(1.5, 2, 3)).norm(), 1e-9);
+    }
+  }
+  // A hole stays one.
+  TriangleMesh open = box_of_bricks({3, 4, 6}, {3, 2});
+  open.triangles.conservativeResize(3, open.triangles.cols() - 2);
+  EXPECT_EQ(mend(open).open_edges, 5);
+  TriangleMesh whole = box({0, 0, 0}, {3, 4, 6});
+  EXPECT_EQ(mend(whole).split, 0);
+}
+
 /// How long it takes to mend, measure and sample a mesh [s].
 double seconds_for(TriangleMesh mesh) {
   const auto begin = std::chrono::steady_clock::now();
@@ -280,6 +328,8 @@ TEST(MeshSolids, TakesTimeInProportion) {
     }
   }
   EXPECT_LT(seconds_for(all), 2.0);
+  EXPECT_LT(seconds_for(box_of_bricks({3, 4, 6}, std::vector<int>(100, 400))), 2.0);
+  EXPECT_LT(seconds_for(box_of_bricks({3, 4, 6}, {kMany})), 2.0);
   // A spiral, of which each cut leaves the next one far away.
   Matrix3Xd spiral(3, 1000);
   for (int i = 0; i < 500; ++i) {

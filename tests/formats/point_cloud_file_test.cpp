@@ -58,7 +58,8 @@ TEST(PointCloudFile, GoesByTheEndingOfTheName) {
   EXPECT_EQ(fault_of(text, "cube.XYZ"), "");
   EXPECT_EQ(fault_of(text, "cube.ply"), "not a PLY file");
   EXPECT_EQ(fault_of(text, "cube.pcd").substr(0, 7), "line 2:");
-  EXPECT_EQ(fault_of(text, "cube.txt"),
+  EXPECT_EQ(fault_of(text, "cube.txt"), "");
+  EXPECT_EQ(fault_of(text, "cube.las"),
             "what kind of file is it? Names end in .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd");
   EXPECT_EQ(fault_of(text, "cube.3mf"),
             "files of .3mf are not read: save the surface as .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd, as "
@@ -78,8 +79,30 @@ TEST(PointCloudFile, ScalesPointsAndNormalisesNormals) {
 }
 
 TEST(PointCloudFile, RefusesTooFewPoints) {
-  EXPECT_EQ(fault_of("", "empty.xyz"), "needs at least 10 points, has 0");
+  EXPECT_EQ(fault_of("# nothing\n", "empty.xyz"), "needs at least 10 points, has 0");
   EXPECT_EQ(fault_of("0 0 0\n1 0 0\n0 1 0\n", "few.xyz"), "needs at least 10 points, has 3");
+}
+
+// What a file is that is not what its name says.
+TEST(PointCloudFile, SaysWhatAFileIs) {
+  const std::string page = "<!DOCTYPE html>\n<html><body>Sign in</body></html>\n";
+  const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 34\n";
+  for (const char* ending : {"stl", "obj", "ply", "off", "xyz", "pcd", "glb", "gltf"}) {
+    const std::string name = std::string("mug.") + ending;
+    EXPECT_EQ(fault_of("", name), "the file is empty");
+    EXPECT_EQ(fault_of(std::string(200, '\0'), name), "the file is empty");
+    EXPECT_EQ(fault_of(page, name), "is a web page, not the file that it shows: download that one");
+    EXPECT_EQ(fault_of("\xEF\xBB\xBF\n" + page, name), "is a web page, not the file that it shows: download that one");
+    EXPECT_EQ(fault_of(pointer, name), "is a pointer of Git LFS, not the file: fetch that one by git lfs pull");
+    EXPECT_EQ(fault_of("\x1F\x8B\x08 and what it packs", name), "is compressed by gzip: unpack it first");
+    EXPECT_TRUE(fault_of("PK\x03\x04 and what it packs", name).starts_with("is a zip archive"));
+    EXPECT_TRUE(fault_of("ISO-10303-21;\nHEADER;\n", name).starts_with("is a STEP file"));
+  }
+  EXPECT_EQ(fault_of("ply\nformat ascii 1.0\n", "mug.stl"), "begins as a file of .ply: name it so");
+  EXPECT_EQ(fault_of("OFF\n8 6 12\n", "mug.obj"), "begins as a file of .off: name it so");
+  EXPECT_EQ(fault_of("solid mug\nfacet normal 0 0 1\n", "mug.obj"), "begins as a file of .stl: name it so");
+  EXPECT_EQ(fault_of("# Blender\nmtllib mug.mtl\no mug\n", "mug.stl"), "begins as a file of .obj: name it so");
+  EXPECT_EQ(fault_of("# .PCD v0.7\n", "mug.xyz"), "begins as a file of .pcd: name it so");
 }
 
 TEST(PointCloudFile, NamesAMissingFile) {

@@ -202,8 +202,7 @@ Gltf gltf(const TriangleMesh& mesh, const std::string& uri) {
   return file;
 }
 
-std::string glb(const TriangleMesh& mesh) {
-  Gltf file = gltf(mesh, "");
+std::string glb(Gltf file) {
   while (file.text.size() % 4 != 0) file.text += ' ';
   std::string bytes = "glTF";
   append(bytes, std::uint32_t{2});
@@ -236,7 +235,7 @@ TEST(SameMesh, IsOneSurfaceInEveryFormat) {
       EXPECT_TRUE(cloud.points_m == wanted.points_m && cloud.normals == wanted.normals) << name;
     }
     for (const auto& [bytes, name] : std::vector<std::pair<std::string, std::string>>{
-             {glb(mesh), "ball.glb"}, {gltf(mesh, "data").text, "ball.gltf"}}) {
+             {glb(gltf(mesh, "")), "ball.glb"}, {gltf(mesh, "data").text, "ball.gltf"}}) {
       const PointCloud cloud = sampled(bytes, name);
       EXPECT_LT((cloud.points_m - wanted.points_m).cwiseAbs().maxCoeff(), 1e-6) << name;  // moved in single precision
       EXPECT_LT((cloud.normals - wanted.normals).cwiseAbs().maxCoeff(), 1e-4) << name;
@@ -257,7 +256,7 @@ std::string fault_of(const std::string& bytes, const std::string& name) {
 TEST(SameMesh, RefusesBrokenGltf) {
   std::vector<std::string> notes;
   const TriangleMesh mesh = parse_mesh(obj_text(lumpy_ball(1)), "ball.obj", notes);
-  const std::string whole = glb(mesh), text = gltf(mesh, "data").text;
+  const std::string whole = glb(gltf(mesh, "")), text = gltf(mesh, "data").text;
   EXPECT_EQ(fault_of(whole, "a.glb"), "");
   for (std::size_t length = 0; length < whole.size(); ++length) {
     EXPECT_NE(fault_of(whole.substr(0, length), "a.glb"), "") << length;
@@ -279,6 +278,20 @@ TEST(SameMesh, RefusesBrokenGltf) {
                 base64(gltf(mesh, "").buffer));
   EXPECT_EQ(with("\"indices\": 0", "\"indices\": 0, \"extensions\": {\"KHR_draco_mesh_compression\": {}}"),
             "a.gltf: is compressed (KHR_draco_mesh_compression): save it without");
+  // gltfpack packs the numbers, and leaves a buffer without any.
+  const std::string version = "\"version\": \"2.0\"}";
+  EXPECT_EQ(with(version, version + ", \"extensionsRequired\": [\"EXT_meshopt_compression\"]"),
+            "a.gltf: is compressed (EXT_meshopt_compression): save it without");
+  EXPECT_EQ(with(version, version + ", \"extensionsRequired\": [\"KHR_materials_unlit\"]"), "");
+  // Only the first buffer is that of the file itself: others would be as many copies of it.
+  Gltf second = gltf(mesh, "");
+  for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
+           {"\"buffers\": [", "\"buffers\": [{\"byteLength\": 9}, "}, {"{\"buffer\": 0", "{\"buffer\": 1"}}) {
+    second.text.replace(second.text.find(from), from.size(), to);
+  }
+  EXPECT_EQ(fault_of(glb(second), "a.glb"), "a.glb: accessor 0: the file is truncated: its buffer ends before it");
+  EXPECT_TRUE(with(version, version + ", \"extensionsUsed\": [\"EXT_mesh_gpu_instancing\"]")
+                  .starts_with("a.gltf: has copies of meshes"));
   EXPECT_TRUE(with("\"POSITION\": 1", "\"POSITION\": \"one\"").starts_with("a.gltf: is broken: "));
   EXPECT_EQ(fault_of("{", "a.gltf"), "a.gltf: is no glTF file");
 }

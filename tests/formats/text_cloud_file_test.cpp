@@ -131,6 +131,30 @@ TEST(TextCloudFile, TakesColumnsForWhatTheyAre) {
          "took columns 1 to 3 for x y z and columns 5 to 7 for normals; the other columns are not read");
 }
 
+// Tables as spreadsheets, ParaView and scanners write them.
+TEST(TextCloudFile, FindsColumnsByTheirNames) {
+  const auto nothing = [](int, const Vector3d&, const auto&) {};
+  const PointCloud plain = read_xyz(ball(nothing)).cloud;
+  std::string numbered = ",x,y,z\n", paraview = R"("Normals:0","Normals:1","Normals:2",)";
+  paraview += R"("Points:0","Points:1","Points:2")" + std::string("\n");
+  std::string scans = "25\n";
+  for (int i = 0; i < 40; ++i) {
+    const Vector3d p = plain.points_m.col(i);
+    const auto row = [&](const std::string& between) {
+      return std::to_string(p.x()) + between + std::to_string(p.y()) + between + std::to_string(p.z()) + "\n";
+    };
+    numbered += std::to_string(i) + "," + row(",");
+    paraview += "0.04,0.04,0.04," + row(",");
+    scans += (i == 25 ? "15\n" : "") + row(" ");
+  }
+  EXPECT_EQ(read_xyz(numbered).cloud.points_m, plain.points_m);
+  EXPECT_EQ(read_xyz(numbered).note, "took columns 2 to 4 for x y z; the other columns are not read");
+  EXPECT_EQ(read_xyz(paraview).cloud.points_m, plain.points_m);
+  EXPECT_EQ(read_xyz(paraview).cloud.normals.col(7), Vector3d::Constant(0.04));
+  EXPECT_EQ(read_xyz(scans).cloud.points_m, plain.points_m);
+  EXPECT_EQ(fault_of(scans + "3\n"), "scan: says that it has 43 points, and has 40");
+}
+
 TEST(TextCloudFile, KeepsMissingValues) {
   const PointCloud cloud = read_xyz("1 2 3\nnan 1 2\n-1.#IND 1.#QNAN inf\n+1.5 -2 3\n").cloud;
   ASSERT_EQ(cloud.points_m.cols(), 4);

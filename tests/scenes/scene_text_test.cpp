@@ -107,5 +107,22 @@ TEST(EnclosedCentroid, IsThatOfTheSolid) {
   EXPECT_LT((enclosed_centroid_m(sample_mug(mug, 20000)) - centroid_m(mug)).norm(), 1.5e-3);
 }
 
+// A scan is dense where the scanner was near: here a ball at x > 0 ten times denser than at x < 0.
+TEST(EnclosedCentroid, IsThatOfUnevenScans) {
+  const PointCloud dense = sample_sphere(0.025, 8000);
+  PointCloud scan;
+  scan.points_m.resize(3, dense.points_m.cols());
+  scan.normals.resize(3, dense.points_m.cols());
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < dense.points_m.cols(); ++i) {
+    if (dense.points_m(0, i) < 0.0 && i % 10 != 0) continue;
+    scan.points_m.col(kept) = dense.points_m.col(i);
+    scan.normals.col(kept++) = dense.normals.col(i);
+  }
+  scan.points_m.conservativeResize(3, kept);
+  scan.normals.conservativeResize(3, kept);
+  EXPECT_LT(enclosed_centroid_m(scan).norm(), 5e-4);
+}
+
 }  // namespace
 }  // namespace thenar::scene_text_test
