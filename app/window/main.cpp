@@ -209,7 +209,8 @@ void announce(const std::string& url, const Options& options) {
 
 void replay(const Options& options) {
   // Refused before anybody looks at it.
-  if (!read_mcap(options.file, [](const McapMessage&) {}).whole) {
+  double last_s = 0.0;
+  if (!app::look_through(options.file, last_s).whole) {
     std::cerr << "warning: " << printable(options.file.string())
               << " was cut off; it is shown to its last whole state\n";
   }

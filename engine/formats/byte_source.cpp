@@ -64,7 +64,10 @@ std::string_view ByteSource::take(std::size_t size, const std::string& what) {
 
 double ByteSource::finite(std::string_view word) const {
   const auto number = number_in<double>(word);
-  if (!number) fail_at_line("'" + std::string(word) + "' is not a number");
+  if (!number) {
+    const bool has_comma = word.find(',') != word.npos && word.find_first_not_of("+-0123456789,") == word.npos;
+    fail_at_line("'" + std::string(word) + "' is not a number" + (has_comma ? ": its mark is '.', not ','" : ""));
+  }
   if (!std::isfinite(*number)) fail_at_line("'" + std::string(word) + "' is not finite: leave such points out");
   return *number;
 }

@@ -66,7 +66,7 @@ Vector3d point_of(const ByteSource& source, const Words& words, std::size_t firs
 /// Returns the mesh; fails without faces.
 TriangleMesh mesh_of(const ByteSource& source, const MeshBuilder& mesh) {
   if (mesh.has_faces()) return mesh.mesh();
-  source.fail(mesh.vertices() == 0 ? "has no faces"
+  source.fail(mesh.vertices() == 0 ? "has neither vertices nor faces: it is another kind of file than its name says"
                                    : "has no faces; points alone are read from .ply, .xyz and .pcd files");
 }
 
@@ -90,9 +90,11 @@ struct OffHead {
   std::uint64_t vertices = 0, faces = 0;
 };
 
+constexpr const char* kNoOff = "is no OFF file: it does not begin with 'OFF'";
+
 OffHead read_off_head(ByteSource& source) {
   auto words = next_words(source);
-  if (!words) source.fail("not an OFF file");
+  if (!words) source.fail(kNoOff);
   OffHead head;
   const std::string_view name = words->front();
   const std::size_t end = lower_case(name).find("off");
@@ -105,7 +107,7 @@ OffHead read_off_head(ByteSource& source) {
     if (!words->empty() && words->front() == "BINARY") source.fail_at_line("OFF BINARY is not read: save it as text");
     if (words->empty()) words = require_words(source);
   } else if (!number_in<std::uint64_t>(name)) {  // The name may be left out.
-    source.fail("not an OFF file");
+    source.fail(kNoOff);
   }
   if (words->size() < 2) source.fail_at_line("needs the numbers of vertices, faces and edges");
   head.vertices = whole_number(source, (*words)[0]);
@@ -201,11 +203,17 @@ bool is_text_stl(std::string_view bytes) {
   return first == "solid" || first == "facet" || first.starts_with('#');
 }
 
+/// Returns the number of facets that the head of a binary file says.
+std::uint32_t stl_facets(std::string_view bytes) {
+  std::uint32_t facets = 0;
+  std::memcpy(&facets, bytes.data() + kStlTitle, sizeof facets);
+  return facets;
+}
+
 /// Returns the number of facets of a binary file; nothing if its size does not match.
 std::optional<std::uint32_t> binary_stl_facets(std::string_view bytes) {
-  std::uint32_t facets = 0;
   if (bytes.size() < kStlHead) return std::nullopt;
-  std::memcpy(&facets, bytes.data() + kStlTitle, sizeof facets);
+  const std::uint32_t facets = stl_facets(bytes);
   const std::size_t size = kStlHead + kStlFacet * facets;
   // Some programs write a few bytes more.
   const bool fits = bytes.size() == size || (bytes.size() > size && bytes.size() - size < kStlFacet);
@@ -261,7 +269,10 @@ TriangleMesh parse_stl(std::string_view bytes, const fs::path& file, Notes& note
   const std::string_view text = plain_text(bytes, file, store);
   ByteSource source(file, text);
   if (is_text_stl(text)) return parse_text_stl(source);
-  source.fail("neither begins with 'solid' nor has the size that a binary STL file of its facets has");
+  if (bytes.size() < kStlHead)
+    source.fail("is no STL file: it neither begins with 'solid' nor has the head of a binary one");
+  source.fail(fmt::format("has {} bytes, and a binary STL file of its {} facets has {}: it is cut off, or no STL file",
+                          bytes.size(), stl_facets(bytes), kStlHead + kStlFacet * std::size_t{stl_facets(bytes)}));
 }
 
 // ---- PLY ----
@@ -291,11 +302,13 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
   if (mesh.triangles.cols() == 0) throw FileError(file, "its faces have no area");
   const auto share = [&](Index edges) { return static_cast<double>(edges) / static_cast<double>(mending.edges); };
   if (share(mending.open_edges) > kMostOpen) {
-    throw FileError(file, fmt::format("is no closed surface: {:.0f} % of its edges have a face on one side only",
-                                      100.0 * share(mending.open_edges)));
+    throw FileError(file, fmt::format("is no closed surface: {:.0f} % of its edges have a face on one side only, "
+                                      "where {:.0f} % may; close its holes, as Blender and MeshLab do",
+                                      100.0 * share(mending.open_edges), 100.0 * kMostOpen));
   }
   if (share(mending.at_odds) > kMostAtOdds) {
-    throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one",
+    throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one; make "
+                                      "a closed surface of it, as Blender's modifier Remesh does",
                                       100.0 * share(mending.at_odds)));
   }
   if (mending.dropped > 0) notes.push_back(fmt::format("left out {} without area", counted(mending.dropped, "face")));

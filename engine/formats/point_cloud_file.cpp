@@ -66,7 +66,7 @@ void leave_out_missing(PointCloud& cloud, std::vector<std::string>& notes) {
 }
 
 /// Refuses points that make no surface. `cloud` is as in the file.
-void check_surface(const fs::path& file, const PointCloud& cloud) {
+void check_surface(const fs::path& file, const PointCloud& cloud, bool is_mesh) {
   const Index count = cloud.points_m.cols();
   if (count < kMinPoints) {
     throw FileError(file, "needs at least " + std::to_string(kMinPoints) + " points, has " + std::to_string(count));
@@ -81,6 +81,9 @@ void check_surface(const fs::path& file, const PointCloud& cloud) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(points * points.transpose(), Eigen::EigenvaluesOnly);
   // Squared widths: a millionth of the length is a line, also in files of single precision.
   if (spread.eigenvalues()[1] <= 1e-12 * spread.eigenvalues()[2]) throw FileError(file, "all points lie on one line");
+  if (is_mesh && spread.eigenvalues()[0] <= 1e-12 * spread.eigenvalues()[2]) {
+    throw FileError(file, "is flat: all its faces lie in one plane, and an object has a thickness");
+  }
 }
 
 /// Formats a length in the most readable unit.
@@ -177,7 +180,7 @@ PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const Cloud
     cloud = sample_mended_mesh(*mesh, file, options.samples, notes);
   }
   leave_out_missing(cloud, notes);
-  check_surface(file, cloud);
+  check_surface(file, cloud, mesh.has_value());
   normalise(cloud.normals);
   cloud.points_m *= options.unit_m;
   check_size(file, cloud, options.unit_m);

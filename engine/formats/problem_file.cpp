@@ -54,7 +54,7 @@ json parse(const fs::path& file, const std::string& bytes) {
     // nothing to a user.
     const std::string what = error.what();
     const std::size_t name = what.find("] ");
-    throw FileError(file, name == std::string::npos ? what : what.substr(name + 2));
+    throw FileError(file, "is no JSON: " + (name == std::string::npos ? what : what.substr(name + 2)));
   }
 }
 

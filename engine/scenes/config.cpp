@@ -9,6 +9,7 @@
 #include <charconv>
 #include <limits>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "engine/formats/files.h"
@@ -73,6 +74,29 @@ std::optional<Eigen::VectorXd> quantities_of(ConfigState& state, const YamlNode&
   return values;
 }
 
+/// Throws ConfigError if there is any fault.
+void throw_if_faulty(ConfigState& state) {
+  std::vector<YamlFault>& faults = state.faults;
+  if (faults.empty()) return;
+  // A text of the command line that is no YAML has no value besides.
+  const std::vector<YamlFault> all = faults;
+  std::erase_if(faults, [&](const YamlFault& fault) {
+    return fault.place.source > 0 && !fault.key.empty() && std::ranges::any_of(all, [&](const YamlFault& other) {
+             return other.place.source == fault.place.source && other.key.empty();
+           });
+  });
+  const auto order = [](const YamlFault& f) { return std::tie(f.place, f.key, f.message); };
+  std::ranges::sort(faults, {}, order);
+  std::vector<ConfigDiagnostic> diagnostics;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    const auto& [place, key, message] = faults[i];
+    // What two readers found is one fault.
+    if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
+    diagnostics.push_back({state.location(place), key, message});
+  }
+  throw ConfigError(diagnostics);
+}
+
 }  // namespace
 
 Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides,
@@ -82,8 +106,8 @@ Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<s
   state_->keys = keys;
   state_->root = read_yaml(text ? *text : read_file(file), 0, state_->faults);
   if (!state_->root && state_->faults.empty()) state_->report({}, "", "the file is empty");
-  if (!state_->root) state_->throw_if_faulty();
-  if (!expect_kind(*state_, *state_->root, "", Kind::kMap, "a map of keys and values")) state_->throw_if_faulty();
+  if (!state_->root) throw_if_faulty(*state_);
+  if (!expect_kind(*state_, *state_->root, "", Kind::kMap, "a map of keys and values")) throw_if_faulty(*state_);
   apply_overrides(*state_, overrides);
 }
 
@@ -96,7 +120,7 @@ ConfigMap Config::root() const {
 
 void Config::finish() {
   report_unused_keys(*state_, *state_->root, "");
-  state_->throw_if_faulty();
+  throw_if_faulty(*state_);
 }
 
 const std::vector<std::string>& Config::defaults_used() const noexcept { return state_->defaults_used; }

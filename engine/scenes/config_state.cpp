@@ -6,11 +6,9 @@
 #include <charconv>
 #include <optional>
 #include <sstream>
-#include <tuple>
 #include <utility>
 
 #include "engine/formats/text.h"
-#include "engine/scenes/config.h"
 
 namespace thenar {
 
@@ -151,27 +149,6 @@ std::string table_path(std::string_view path) {
     if (c == ']') in_brackets = false;
   }
   return text;
-}
-
-void ConfigState::throw_if_faulty() {
-  if (faults.empty()) return;
-  // A text of the command line that is no YAML has no value besides.
-  const std::vector<YamlFault> all = faults;
-  std::erase_if(faults, [&](const YamlFault& fault) {
-    return fault.place.source > 0 && !fault.key.empty() && std::ranges::any_of(all, [&](const YamlFault& other) {
-             return other.place.source == fault.place.source && other.key.empty();
-           });
-  });
-  const auto order = [](const YamlFault& f) { return std::tie(f.place, f.key, f.message); };
-  std::ranges::sort(faults, {}, order);
-  std::vector<ConfigDiagnostic> diagnostics;
-  for (std::size_t i = 0; i < faults.size(); ++i) {
-    const auto& [place, key, message] = faults[i];
-    // What two readers found is one fault.
-    if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
-    diagnostics.push_back({location(place), key, message});
-  }
-  throw ConfigError(diagnostics);
 }
 
 std::string ConfigState::location(const Place& place) const {

@@ -27,8 +27,6 @@ struct ConfigState {
     faults.push_back({place, std::move(key), std::move(message)});
   }
 
-  /// Throws ConfigError if there is any fault.
-  void throw_if_faulty();
   [[nodiscard]] std::string location(const Place& place) const;
 };
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <yaml-cpp/exceptions.h>
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "engine/formats/text.h"
@@ -104,36 +106,33 @@ std::string_view stripped(std::string_view line) {
 bool has_key(std::string_view line) { return line.find(": ") != line.npos || stripped(line).ends_with(':'); }
 
 /// The fault of a ':' that the parser did not expect.
-YamlFault colon_fault(const std::vector<std::string_view>& lines, const Place& place) {
-  const std::string_view line = lines[static_cast<std::size_t>(place.line - 1)];
-  if (line.substr(0, static_cast<std::size_t>(place.column - 1)).find(": ") != line.npos) {
-    return {place, "", "a second ': ' stands in this line: put a text that holds one in quotation marks"};
+SyntaxFault colon_fault(const std::vector<std::string_view>& lines, int number, int column) {
+  const std::string_view line = lines[static_cast<std::size_t>(number - 1)];
+  if (line.substr(0, static_cast<std::size_t>(column - 1)).find(": ") != line.npos) {
+    return {number, column, "a second ': ' stands in this line: put a text that holds one in quotation marks"};
   }
-  int above = place.line - 1;
+  int above = number - 1;
   while (above > 0 && stripped(lines[static_cast<std::size_t>(above - 1)]).empty()) --above;
   if (above > 0 && !has_key(lines[static_cast<std::size_t>(above - 1)])) {
     const std::string_view words = lines[static_cast<std::size_t>(above - 1)];
-    const auto column = static_cast<int>(words.find_first_not_of(kBlanks)) + 1;
-    return {{place.source, above, column},
-            "",
+    return {above, static_cast<int>(words.find_first_not_of(kBlanks)) + 1,
             fmt::format("'{}' is no 'key: value': put a ':' and a blank behind the key", printable(stripped(words)))};
   }
-  return {place, "", "this key stands deeper than the value above it: give it as many blanks as the key above"};
+  return {number, column, "this key stands deeper than the key above, which has a value: line up the two"};
 }
 
-/// The fault of a line that belongs to nothing above it.
+/// What is wrong with a line that belongs to nothing above it.
 std::string odd_line(std::string_view line, int column) {
-  const std::string_view before = line.substr(0, std::min(static_cast<std::size_t>(column - 1), line.size()));
-  if (!stripped(before).empty()) {
+  const std::size_t before = std::min(static_cast<std::size_t>(column - 1), line.size());
+  if (!stripped(line.substr(0, before)).empty()) {
     return fmt::format("'{}' is not expected here: put the whole value in quotation marks",
-                       printable(stripped(line.substr(before.size()))));
+                       printable(stripped(line.substr(before))));
   }
   if (stripped(line).starts_with("- ")) return "'- ' begins an item of a list, and keys stand around it: leave it out";
-  return "this line is not indented as those it belongs to: the keys of one map have the same number of blanks before "
-         "them";
+  return "does not line up with the keys above it: those of one map have the same number of blanks before them";
 }
 
-/// The fault of brackets, of which `opened` are open at the place.
+/// What is wrong with brackets, of which `opened` are open at the place.
 std::string bracket_fault(const std::vector<Opened>& opened, char found, bool is_end) {
   if (opened.empty()) return fmt::format("this '{}' closes nothing: leave it out", found);
   const Opened& last = opened.back();
@@ -146,57 +145,54 @@ std::string bracket_fault(const std::vector<Opened>& opened, char found, bool is
 }
 
 /// The first byte that no text of YAML has; nothing: there is none.
-std::optional<YamlFault> no_text(const std::vector<std::string_view>& lines, std::size_t source) {
+std::optional<SyntaxFault> no_text(const std::vector<std::string_view>& lines) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    std::size_t at = 0;
-    for (std::size_t bad = 0; (bad = first_unprintable(lines[i].substr(at))) != lines[i].npos; at += bad + 1) {
-      const char byte = lines[i][at + bad];
-      if (byte == '\t' || byte == '\r') continue;
-      return YamlFault{
-          {source, static_cast<int>(i + 1), static_cast<int>(at + bad + 1)},
-          "",
-          fmt::format("is no text in UTF-8: it has the byte 0x{:02X} here", static_cast<unsigned char>(byte))};
+    for (std::size_t at = 0; at < lines[i].size(); ++at) {
+      const std::size_t bad = first_unprintable(lines[i].substr(at));
+      if (bad == lines[i].npos) break;
+      at += bad;
+      if (lines[i][at] == '\t' || lines[i][at] == '\r') continue;
+      return SyntaxFault{
+          static_cast<int>(i + 1), static_cast<int>(at + 1),
+          fmt::format("is no text in UTF-8: it has the byte 0x{:02X} here", static_cast<unsigned char>(lines[i][at]))};
     }
   }
   return std::nullopt;
 }
 
-}  // namespace
-
-YamlFault syntax_fault(std::string_view text, const Place& place, const std::string& parser) {
+/// What is wrong at a place where the parser stopped for other reasons than a ':'.
+std::string fault_at(std::string_view line, int column, const std::vector<Opened>& opened, const std::string& parser) {
   namespace words = YAML::ErrorMsg;
-  const std::vector<std::string_view> lines = lines_of(text);
-  if (auto fault = no_text(lines, place.source)) return *std::move(fault);
-  if (const auto quotes = unclosed_quotes(text, place.source)) {
-    return {*quotes, "", kUnclosed};
-  }
-  const auto number = static_cast<std::size_t>(place.line - 1);
-  const std::string_view line = number < lines.size() ? lines[number] : std::string_view();
-  const auto column = static_cast<std::size_t>(place.column - 1);
-  const char found = column < line.size() ? line[column] : ' ';
   const std::string_view indent = line.substr(0, line.find_first_not_of(kBlanks));
-  if (indent.find('\t') != indent.npos) return {place, "", "a tab stands before this: indent with blanks"};
-  const std::vector<Opened> opened = MarkScanner(text).opened_before(place.line, place.column);
+  if (indent.find('\t') != indent.npos) return "a tab stands before this: indent with blanks";
+  const auto at = static_cast<std::size_t>(column - 1);
+  const char found = at < line.size() ? line[at] : ' ';
   const bool is_end = parser == words::END_OF_MAP_FLOW || parser == words::END_OF_SEQ_FLOW;
-  if ((is_end && !opened.empty()) || parser == words::FLOW_END)
-    return {place, "", bracket_fault(opened, found, is_end)};
-  if (parser == words::MAP_VALUE && number < lines.size()) return colon_fault(lines, place);
-  if (parser == words::END_OF_MAP || parser == words::END_OF_SEQ) return {place, "", odd_line(line, place.column)};
-  if (parser == words::UNKNOWN_TOKEN) {
-    return {place, "", fmt::format("no value begins with '{}': put it in quotation marks", found)};
-  }
+  if ((is_end && !opened.empty()) || parser == words::FLOW_END) return bracket_fault(opened, found, is_end);
+  if (parser == words::END_OF_MAP || parser == words::END_OF_SEQ) return odd_line(line, column);
+  if (parser == words::UNKNOWN_TOKEN) return fmt::format("no value begins with '{}': put it in quotation marks", found);
   if (parser.starts_with(words::INVALID_ESCAPE)) {
-    return {place, "",
-            "within \"...\" a backslash begins a sign of its own: write two of them, or put the text in '...'"};
+    return "within \"...\" a backslash begins a sign of its own: write two of them, or put the text in '...'";
   }
-  if (parser == words::UNKNOWN_ANCHOR) return {place, "", kNoAliases};
-  return {place, "", "is no YAML: " + parser};
+  return parser == words::UNKNOWN_ANCHOR ? kNoAliases : "is no YAML: " + parser;
 }
 
-std::optional<Place> unclosed_quotes(std::string_view text, std::size_t source) {
+}  // namespace
+
+SyntaxFault syntax_fault(std::string_view text, int line, int column, const std::string& parser) {
+  const std::vector<std::string_view> lines = lines_of(text);
+  if (auto fault = no_text(lines)) return *std::move(fault);
+  if (auto fault = unclosed_quotes(text)) return *std::move(fault);
+  const auto number = static_cast<std::size_t>(line - 1);
+  if (parser == YAML::ErrorMsg::MAP_VALUE && number < lines.size()) return colon_fault(lines, line, column);
+  const std::string_view here = number < lines.size() ? lines[number] : std::string_view();
+  return {line, column, fault_at(here, column, MarkScanner(text).opened_before(line, column), parser)};
+}
+
+std::optional<SyntaxFault> unclosed_quotes(std::string_view text) {
   const std::vector<Opened> opened = MarkScanner(text).opened_before(std::numeric_limits<int>::max(), 1);
   if (opened.empty() || closing(opened.back().mark) != opened.back().mark) return std::nullopt;
-  return Place{source, opened.back().line, opened.back().column};
+  return SyntaxFault{opened.back().line, opened.back().column, "the quotation mark that stands here is not closed"};
 }
 
 }  // namespace thenar

@@ -146,9 +146,8 @@ std::unique_ptr<YamlNode> read_yaml(const std::string& text, std::size_t source,
     YAML::Parser parser(stream);
     parser.HandleNextDocument(builder);
     std::unique_ptr<YamlNode> root = builder.take_root();
-    const std::optional<Place> open = builder.has_quotes() ? unclosed_quotes(text, source) : std::nullopt;
-    if (open) {
-      faults.push_back({*open, "", kUnclosed});
+    if (const auto open = builder.has_quotes() ? unclosed_quotes(text) : std::nullopt) {
+      faults.push_back({{source, open->line, open->column}, "", open->message});
       return nullptr;
     }
     if (parser.HandleNextDocument(builder)) {
@@ -159,7 +158,8 @@ std::unique_ptr<YamlNode> read_yaml(const std::string& text, std::size_t source,
     return root;
   } catch (const YAML::Exception& error) {
     const YAML::Mark mark = error.mark.is_null() ? YAML::Mark() : error.mark;
-    faults.push_back(syntax_fault(text, {source, mark.line + 1, mark.column + 1}, error.msg));
+    const SyntaxFault fault = syntax_fault(text, mark.line + 1, mark.column + 1, error.msg);
+    faults.push_back({{source, fault.line, fault.column}, "", fault.message});
     return nullptr;
   }
 }

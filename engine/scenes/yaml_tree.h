@@ -47,9 +47,6 @@ struct YamlFault {
   std::string message;
 };
 
-/// What is said of an alias.
-inline constexpr const char* kNoAliases = "aliases are not read here: write the value out";
-
 /// Return the full path of a map's key, "object.mass", and of a list's item, "gravity[2]".
 [[nodiscard]] std::string key_path(std::string_view path, std::string_view key);
 [[nodiscard]] std::string item_path(std::string_view path, std::size_t index);

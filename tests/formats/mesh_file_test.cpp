@@ -139,10 +139,12 @@ TEST(MeshFile, TurnsFacesAndSaysSo) {
 
 TEST(MeshFile, RefusesWhatIsNoClosedSurface) {
   EXPECT_EQ(read(obj_box(5), "box.obj").fault,
-            "box.obj: is no closed surface: 24 % of its edges have a face on one side only");
+            "box.obj: is no closed surface: 24 % of its edges have a face on one side only, where 10 % may; "
+            "close its holes, as Blender and MeshLab do");
   EXPECT_EQ(read(obj_box(0), "box.obj").fault,
             "box.obj: has no faces; points alone are read from .ply, .xyz and .pcd files");
-  EXPECT_EQ(read("o box\n", "box.obj").fault, "box.obj: has no faces");
+  EXPECT_EQ(read("o box\n", "box.obj").fault,
+            "box.obj: has neither vertices nor faces: it is another kind of file than its name says");
   EXPECT_EQ(read("OFF\n3 1 3\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", "flat.off").fault, "flat.off: its faces have no area");
 }
 
@@ -162,8 +164,8 @@ TEST(MeshFile, RefusesBrokenFiles) {
     std::string bytes = off_box();
     return read(bytes.replace(bytes.find(from), from.size(), to), "box.off").fault;
   };
-  EXPECT_EQ(read("", "box.off").fault, "box.off: not an OFF file");
-  EXPECT_EQ(read("solid\n", "box.off").fault, "box.off: not an OFF file");
+  EXPECT_EQ(read("", "box.off").fault, "box.off: is no OFF file: it does not begin with 'OFF'");
+  EXPECT_EQ(read("solid\n", "box.off").fault, "box.off: is no OFF file: it does not begin with 'OFF'");
   EXPECT_EQ(read("OFF\n", "box.off").fault, "box.off: line 1: the file is truncated: it ends here");
   EXPECT_EQ(off("8 6 12", "4000000000 6 12"),
             "box.off: the file is truncated: it cannot hold 4000000000 vertices and 6 faces");
@@ -185,7 +187,7 @@ TEST(MeshFile, RefusesBrokenFiles) {
   EXPECT_EQ(obj("f 1 2 3 4 1 2 3 4\n"),
             "box.obj: line 18: a face goes round more than once: from its corner 1 to 2 twice");
   EXPECT_EQ(read("garbage", "box.stl").fault,
-            "box.stl: neither begins with 'solid' nor has the size that a binary STL file of its facets has");
+            "box.stl: is no STL file: it neither begins with 'solid' nor has the head of a binary one");
   EXPECT_EQ(read("solid\nvertex 0 0 0\nendfacet\n", "box.stl").fault,
             "box.stl: line 3: a facet must have three vertices, has 1");
   std::string binary = stl_binary_box();

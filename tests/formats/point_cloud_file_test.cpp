@@ -56,7 +56,7 @@ TEST(PointCloudFile, GoesByTheEndingOfTheName) {
   const std::string text = cube(0.04, "# a cube\n");
   EXPECT_EQ(fault_of(text, "cube.xyz"), "");
   EXPECT_EQ(fault_of(text, "cube.XYZ"), "");
-  EXPECT_EQ(fault_of(text, "cube.ply"), "not a PLY file");
+  EXPECT_EQ(fault_of(text, "cube.ply"), "is no PLY file: its first line is not 'ply'");
   EXPECT_EQ(fault_of(text, "cube.pcd").substr(0, 7), "line 2:");
   EXPECT_EQ(fault_of(text, "cube.txt"),
             "what kind of file is it? Names end in .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd");

@@ -280,7 +280,7 @@ TEST(SameMesh, RefusesBrokenGltf) {
   EXPECT_EQ(with("\"indices\": 0", "\"indices\": 0, \"extensions\": {\"KHR_draco_mesh_compression\": {}}"),
             "a.gltf: is compressed (KHR_draco_mesh_compression): save it without");
   EXPECT_TRUE(with("\"POSITION\": 1", "\"POSITION\": \"one\"").starts_with("a.gltf: is broken: "));
-  EXPECT_EQ(fault_of("{", "a.gltf"), "a.gltf: is no glTF file");
+  EXPECT_EQ(fault_of("{", "a.gltf"), "a.gltf: is no glTF file: its JSON is broken at byte 2");
 }
 
 }  // namespace
