@@ -107,7 +107,7 @@ void check_size(const fs::path& file, const PointCloud& cloud, double unit_m) {
   for (const Unit& unit : kUnits) {
     const double then_m = wide_m / unit_m * unit.m;
     if (!guess.empty() || then_m < kSmallest_m || then_m > kLargest_m) continue;
-    guess = fmt::format(": are its units {}? write unit: {}", unit.name, unit.name);
+    guess = fmt::format(": are its units {0}? write unit: {0}, or --unit {0}", unit.name);
   }
   throw FileError(file, fmt::format("is {} wide, where {} to {} make sense{}", in_words(wide_m), in_words(kSmallest_m),
                                     in_words(kLargest_m), guess));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <tuple>
@@ -239,7 +240,10 @@ Eigen::Matrix3d ConfigMap::rotation(std::string_view key) const {
   constexpr double kRounding = 1e-5;  // Files give six digits and more.
   if (!((matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRounding) ||
       matrix.determinant() < 0.0) {
-    state_->report(node->place, path, "must be a rotation matrix: orthonormal rows, determinant +1");
+    const bool is_mirror = std::abs(matrix.determinant() + 1.0) <= kRounding;
+    state_->report(node->place, path,
+                   is_mirror ? "is a mirror image: turn one of its axes round"
+                             : "must be a rotation matrix: orthonormal rows, determinant +1");
     return Eigen::Matrix3d::Identity();
   }
   return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();

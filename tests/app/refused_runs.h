@@ -26,9 +26,7 @@ inline Refusals refused_runs() {
   return {
       // Problems
       {"a comma too many", "solve FILE", "lcp.json", R"({"problem": "LCP", "M": [[1, 0], [0, 1]], "q": [1, 2],})", 3,
-       "FILE: is no JSON: parse error at line 1, column 56: syntax error while parsing object key - unexpected '}'; "
-       "expected string literal",
-       ""},
+       "FILE: line 1, column 56: is no JSON: unexpected '}'; expected string literal", ""},
       {"a method of other problems", "solve FILE --method newton", "lcp.json",
        R"({"problem": "LCP", "M": [[1, 0], [0, 1]], "q": [1, 2]})", 2,
        "--method: newton does not solve FILE (LCP), for which there are lemke and all", ""},

@@ -63,7 +63,7 @@ inline Refusals refused_scenes() {
             "FILE:2:52: time.control_period: must not be shorter than time.step"),
       scene("a mirrored frame", "[[0.6853202845266846, 0.1358649520401693, -0.7154556746741104]",
             "[[-0.6853202845266846, -0.1358649520401693, 0.7154556746741104]",
-            "FILE:14:13: object.rotation: must be a rotation matrix: orthonormal rows, determinant +1"),
+            "FILE:14:13: object.rotation: is a mirror image: turn one of its axes round"),
       scene("a joint beyond its stop", "[0.0863 rad", "[50 deg",
             "FILE:6:12: hand.posture: value 1 (T_CMC_FE) is 0.8727 rad and must lie within -0.78 .. 0.5 rad, -44.7 .. "
             "28.6 deg"),

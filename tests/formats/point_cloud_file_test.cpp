@@ -43,12 +43,12 @@ std::string fault_of(const std::string& bytes, const std::string& name, double u
 TEST(PointCloudFile, RefusesSizesThatMakeNoSense) {
   EXPECT_EQ(fault_of(cube(0.04), "mug.xyz"), "");
   EXPECT_EQ(fault_of(cube(40), "mug.xyz"),
-            "is 40 m wide, where 1 mm to 2 m make sense: are its units mm? write unit: mm");
+            "is 40 m wide, where 1 mm to 2 m make sense: are its units mm? write unit: mm, or --unit mm");
   EXPECT_EQ(fault_of(cube(40), "mug.xyz", 1e-3), "");
   EXPECT_EQ(fault_of(cube(2e5), "mug.xyz"),
-            "is 2e+05 m wide, where 1 mm to 2 m make sense: are its units um? write unit: um");
+            "is 2e+05 m wide, where 1 mm to 2 m make sense: are its units um? write unit: um, or --unit um");
   EXPECT_EQ(fault_of(cube(0.04), "mug.xyz", 1e-3),
-            "is 40 um wide, where 1 mm to 2 m make sense: are its units m? write unit: m");
+            "is 40 um wide, where 1 mm to 2 m make sense: are its units m? write unit: m, or --unit m");
   EXPECT_EQ(fault_of(cube(1e12), "mug.xyz"), "is 1e+12 m wide, where 1 mm to 2 m make sense");
 }
 
