@@ -54,7 +54,9 @@ TEST_P(ProgramRefuses, WithOneClearLineAndWritesNothing) {
   EXPECT_EQ(replaced(run.text, row.name, "FILE"), row.message + "\n");
   EXPECT_EQ(row.message.find('\n'), std::string::npos) << "one line";
   EXPECT_EQ(names_in(folder), before);
-  if (!row.name.empty()) EXPECT_EQ(read(folder / row.name), row.text);
+  if (!row.name.empty()) {
+    EXPECT_EQ(read(folder / row.name), row.text);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Input, ProgramRefuses, testing::ValuesIn(all_refusals()), [](const auto& test) {

@@ -42,7 +42,8 @@ inline Refusals refused_objects() {
              "FILE: is a web page, not the file itself: download that anew"),
   };
   rows.push_back({"a forgotten unit", "new my.yaml --object FILE --mass 80g", "box.obj", kBox, 3,
-                  "FILE: is 60 m wide, where 1 mm to 2 m make sense: are its units mm? write unit: mm, or --unit mm", ""});
+                  "FILE: is 60 m wide, where 1 mm to 2 m make sense: are its units mm? write unit: mm, or --unit mm",
+                  ""});
   return rows;
 }
 
