@@ -38,7 +38,7 @@ std::string wrong_command_line(const CLI::App* app, const CLI::Error& error) {
   }
   std::string what = error.what();
   bool needs_help = true;
-  if (error.get_name() == "ExtrasError") {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
     what = unexpected(*command, app->remaining(true));
   } else if (const std::size_t missing = what.find(": 1 required "); missing != what.npos) {
     what = what.substr(0, missing) + ": its value is missing";
@@ -46,7 +46,7 @@ std::string wrong_command_line(const CLI::App* app, const CLI::Error& error) {
     const std::size_t begin = list + 13;
     what = "name at least one of " + what.substr(begin, what.find(']') - begin);
   } else {
-    needs_help = error.get_name() == "RequiredError";
+    needs_help = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
   }
   const char* const mark = what.ends_with('?') ? "" : ";";
   return needs_help ? fmt::format("{}{} `{} --help` lists what it takes\n", what, mark, name) : what + "\n";

@@ -17,6 +17,7 @@
 #include "engine/formats/text.h"
 #include "engine/scenes/config_state.h"
 #include "engine/scenes/value_hints.h"
+#include "engine/scenes/yaml_syntax.h"
 
 namespace thenar {
 
@@ -105,9 +106,15 @@ Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<s
     : state_(std::make_unique<ConfigState>()) {
   state_->file = file;
   state_->keys = keys;
-  state_->root = read_yaml(text ? *text : read_file(file), 0, state_->faults);
+  const std::string whole = text ? *text : read_file(file);
+  state_->root = read_yaml(whole, 0, state_->faults);
   if (!state_->root && state_->faults.empty()) state_->report({}, "", "the file is empty");
   if (!state_->root) throw_if_faulty(*state_);
+  if (state_->root->kind != Kind::kMap) state_->faults.clear();  // It is no YAML: nothing in it is to be mended.
+  if (const auto fault = state_->root->kind == Kind::kMap ? std::nullopt : no_text(whole)) {
+    state_->report({0, fault->line, fault->column}, "", fault->message);
+    throw_if_faulty(*state_);
+  }
   if (!expect_kind(*state_, *state_->root, "", Kind::kMap, "a map of keys and values")) throw_if_faulty(*state_);
   apply_overrides(*state_, overrides);
 }

@@ -144,22 +144,6 @@ std::string bracket_fault(const std::vector<Opened>& opened, char found, bool is
                      last.mark, last.line);
 }
 
-/// The first byte that no text of YAML has; nothing: there is none.
-std::optional<SyntaxFault> no_text(const std::vector<std::string_view>& lines) {
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    for (std::size_t at = 0; at < lines[i].size(); ++at) {
-      const std::size_t bad = first_unprintable(lines[i].substr(at));
-      if (bad == lines[i].npos) break;
-      at += bad;
-      if (lines[i][at] == '\t' || lines[i][at] == '\r') continue;
-      return SyntaxFault{
-          static_cast<int>(i + 1), static_cast<int>(at + 1),
-          fmt::format("is no text in UTF-8: it has the byte 0x{:02X} here", static_cast<unsigned char>(lines[i][at]))};
-    }
-  }
-  return std::nullopt;
-}
-
 /// What is wrong at a place where the parser stopped for other reasons than a ':'.
 std::string fault_at(std::string_view line, int column, const std::vector<Opened>& opened, const std::string& parser) {
   namespace words = YAML::ErrorMsg;
@@ -181,12 +165,28 @@ std::string fault_at(std::string_view line, int column, const std::vector<Opened
 
 SyntaxFault syntax_fault(std::string_view text, int line, int column, const std::string& parser) {
   const std::vector<std::string_view> lines = lines_of(text);
-  if (auto fault = no_text(lines)) return *std::move(fault);
+  if (auto fault = no_text(text)) return *std::move(fault);
   if (auto fault = unclosed_quotes(text)) return *std::move(fault);
   const auto number = static_cast<std::size_t>(line - 1);
   if (parser == YAML::ErrorMsg::MAP_VALUE && number < lines.size()) return colon_fault(lines, line, column);
   const std::string_view here = number < lines.size() ? lines[number] : std::string_view();
   return {line, column, fault_at(here, column, MarkScanner(text).opened_before(line, column), parser)};
+}
+
+std::optional<SyntaxFault> no_text(std::string_view text) {
+  const std::vector<std::string_view> lines = lines_of(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    for (std::size_t at = 0; at < lines[i].size(); ++at) {
+      const std::size_t bad = first_unprintable(lines[i].substr(at));
+      if (bad == lines[i].npos) break;
+      at += bad;
+      if (lines[i][at] == '\t' || lines[i][at] == '\r') continue;
+      return SyntaxFault{
+          static_cast<int>(i + 1), static_cast<int>(at + 1),
+          fmt::format("is no text in UTF-8: it has the byte 0x{:02X} here", static_cast<unsigned char>(lines[i][at]))};
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<SyntaxFault> unclosed_quotes(std::string_view text) {

@@ -18,6 +18,9 @@ struct SyntaxFault {
 /// the parser says, and the place is where it stopped, which may be behind the line that is at fault.
 [[nodiscard]] SyntaxFault syntax_fault(std::string_view text, int line, int column, const std::string& parser);
 
+/// Returns the fault of the first byte that no text of YAML has.
+[[nodiscard]] std::optional<SyntaxFault> no_text(std::string_view text);
+
 /// Returns the fault of a quotation mark that nothing closes: the parser takes the rest of the file for its text.
 [[nodiscard]] std::optional<SyntaxFault> unclosed_quotes(std::string_view text);
 

@@ -63,12 +63,11 @@ inline Refusals refused_hands() {
            "FILE:2:72: joints[0].limits: its lower end comes first, and must not be above the other"),
       import("a tag is not closed", two, "hand.xml",
              edited(kMjcf, "      </body>\n      <body name=\"index", "      <body name=\"index"),
-             "FILE:13: is no XML: this tag closes another element than the last one that is open, or an element is not "
+             "FILE:12: is no XML: this tag closes another element than the last one that is open, or an element is not "
              "closed"),
-      import(
-          "a joint that slides", two, "hand.xml", edited(kMjcf, "type=\"hinge\"", "type=\"slide\""),
-          "FILE:5: joint 'thumb_bend': slides, and the thumb hangs on it: a hand's joints turn about an axis (--lock "
-          "thumb_bend locks it)"),
+      import("a joint that slides", two, "hand.xml", edited(kMjcf, "type=\"hinge\"", "type=\"slide\""),
+             "FILE:5: joint 'thumb_bend': slides, and the thumb hangs on it: make it a hinge (URDF: revolute), or lock "
+             "it, if other joints move the finger: --lock thumb_bend"),
       import("a joint without limits", "thumb=thumb_1", "hand.urdf",
              edited(kUrdf, "<limit lower=\"-0.5\" upper=\"1.5\"/>", ""),
              "FILE:4: joint 'thumb_bend': has no limits: a hand's joint needs <limit lower=... upper=.../>"),

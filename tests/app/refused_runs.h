@@ -26,7 +26,7 @@ inline Refusals refused_runs() {
   return {
       // Problems
       {"a comma too many", "solve FILE", "lcp.json", R"({"problem": "LCP", "M": [[1, 0], [0, 1]], "q": [1, 2],})", 3,
-       "FILE: line 1, column 56: is no JSON: unexpected '}'; expected string literal", ""},
+       "FILE: line 1, column 55: is no JSON: unexpected '}'; expected string literal", ""},
       {"a method of other problems", "solve FILE --method newton", "lcp.json",
        R"({"problem": "LCP", "M": [[1, 0], [0, 1]], "q": [1, 2]})", 2,
        "--method: newton does not solve FILE (LCP), for which there are lemke and all", ""},
@@ -58,7 +58,8 @@ inline Refusals refused_runs() {
       // Surroundings
       {"a file where a folder should be", "run minimal --set object.points=2000 --out FILE", "out", "kept", 3,
        "FILE: cannot make this folder: FILE is a file", ""},
-      {"a full disk", "keys contact > /dev/full", "", "", 3, "standard output: could not be written in full", ""},
+      {"a full disk", "keys contact", "", "", 3, "standard output: could not be written in full",
+       "sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - "},
   };
 }
 
