@@ -24,12 +24,7 @@ namespace {
 /// Refuses what has no states, and says what is wrong with the others.
 void look_at(const fs::path& recording) {
   double last_s = 0.0;
-  bool has_states = false;
-  const McapReading reading = read_mcap(recording, [&](const McapMessage& message) {
-    has_states = has_states || message.topic == "/state";
-    last_s = message.time_s;
-  });
-  if (!has_states) throw FileError(recording, "holds no states");
+  const McapReading reading = look_through(recording, last_s);
   if (reading.damaged_chunks > 0) {
     std::cerr << "warning: " << printable(recording.string()) << " is damaged: parts of it are missing\n";
   } else if (!reading.whole) {

@@ -22,7 +22,7 @@ void add_hand_capacity(CLI::App& hand, CapacityOptions& options) {
             "Scene (YAML), or the name of one that comes with the program; a hand alone has no posture", true);
   command->add_option("--friction", options.friction, "Friction of the pinch; default: the scene's")
       ->type_name("NUMBER")
-      ->check(CLI::Range(0.0, 10.0).description(""));
+      ->check(within(0.0, 10.0));
   command->add_option("--json", options.json, "File for all figures")
       ->type_name("FILE")
       ->check(named())

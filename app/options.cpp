@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/exit_code.h"
+#include "app/wrong_command.h"
 #include "engine/formats/build_info.h"
 #include "engine/formats/byte_source.h"
 #include "engine/formats/text.h"
@@ -34,7 +35,7 @@ CLI::Option* add_file(CLI::App& command, const char* option, std::filesystem::pa
 
 void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
-  command.add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
+  command.add_option("--format", options.format, "What to print: text or json")->check(one_of({"text", "json"}));
   command.add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
 }
 
@@ -81,7 +82,7 @@ CLI::Option* add_dump(CLI::App& command, Options& options) {
   command.add_option("--dump-every", options.dump_every, "Ticks from one dump to the next")
       ->type_name("N")
       ->capture_default_str()
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}).description(""))
+      ->check(whole_within(1, 1'000'000'000))
       ->needs(folder);
   return folder;
 }
@@ -101,14 +102,14 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
                    "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. P3: newton. LCP: lemke. all: "
                    "each that applies")
       ->type_name("METHOD")
-      ->check(CLI::IsMember({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}).description(""));
+      ->check(one_of({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}));
   command
       ->add_option("--tolerance", options.tolerance,
                    "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the "
                    "forces); for grasps not less than what rounding does to the forces of contacts that are nearly on "
                    "a line")
       ->type_name("NUMBER")
-      ->check(CLI::Range(1e-15, 1.0).description(""));
+      ->check(within(1e-15, 1.0));
   command
       ->add_option(
           "--repeat", options.repeat,
@@ -116,7 +117,7 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
           "of the tick before, has a second row: each step from the forces before it, iterations a step")
       ->type_name("N")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000).description(""));
+      ->check(whole_within(1, 1'000'000));
   command
       ->add_option(
           "--time", flags.solve_time,
@@ -124,7 +125,7 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
       ->type_name("T")
       ->capture_default_str()
       ->check(some_time());
-  command->add_option("--format", options.format, "What to print")->check(CLI::IsMember({"text", "json"}));
+  command->add_option("--format", options.format, "What to print: text or json")->check(one_of({"text", "json"}));
   command->add_flag("--forces", options.forces, "Shows the forces (z of an LCP), too");
   add_file(
       *command, "--write", options.written,
@@ -155,7 +156,7 @@ void add_sweep(CLI::App& app, Options& options) {
       ->check(named());
   command->add_option("--jobs", options.jobs, "Rows at a time; default: one a core, and under mpirun one a process")
       ->type_name("N")
-      ->check(CLI::Range(1, 1024).description(""));
+      ->check(whole_within(1, 1024));
   command->add_flag_callback(
       "--lockstep", [&options] { options.runner = Runner::kLockstep; }, "Runs the two loops on a virtual clock");
   command->add_flag("--quiet", options.quiet, "Prints nothing but errors");
@@ -179,7 +180,7 @@ void add_object(CLI::App& command, Options& options) {
       ->check(quantity(Dimension::kMass, 1e-6, 1e3, "80g"));
   command.add_option("--friction", options.friction, "Friction of the contacts; default: 0.6")
       ->type_name("NUMBER")
-      ->check(CLI::Range(0.0, 10.0).description(""));
+      ->check(within(0.0, 10.0));
   command.add_option("--press", options.press, "Normal load of the least loaded finger, such as 0.5N")
       ->type_name("F")
       ->check(quantity(Dimension::kForce, 1e-3, 1e3, "0.5N"));
@@ -204,7 +205,7 @@ void add_grasp(CLI::App& app, Options& options) {
           "How many grasps, each unlike the others: each more takes its time, for it is tried before it is offered")
       ->type_name("N")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100).description(""));
+      ->check(whole_within(1, 100));
   grasp
       ->add_option("--out", options.out,
                    "Folder for grasp-1.yaml, grasp-1.png and so on: scenes that run, and pictures")
@@ -355,6 +356,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   CLI::App app{"Real-time human grasp: deformable fingertips, muscles, and grasps that are found", "thenar"};
   app.set_version_flag("--version", std::string("thenar ") + std::string(build_info::kVersion));
   app.require_subcommand(1);
+  app.failure_message(wrong_command_line);
   Options options;
   SceneFlags flags;
   // In the order of the help.
@@ -376,7 +378,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
 
   const std::string wrong = wrong_command(app, {argv + std::min(argc, 1), argv + argc});
   if (!wrong.empty()) {
-    std::cerr << "thenar: " << wrong << "\n`thenar --help` lists all commands.\n";
+    std::cerr << "thenar: " << wrong << (wrong.ends_with('?') ? "" : ";") << " `thenar --help` lists all commands\n";
     exit_code = kBadUsage;
     return std::nullopt;
   }

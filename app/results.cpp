@@ -55,4 +55,16 @@ void print_object_notes(const std::vector<std::string>& notes, bool quiet) {
   for (const std::string& note : notes) std::cerr << "object: " << note << '\n';
 }
 
+McapReading look_through(const fs::path& recording, double& last_s) {
+  bool has_states = false;
+  const McapReading reading = read_mcap(recording, [&](const McapMessage& message) {
+    has_states = has_states || message.topic == "/state";
+    last_s = message.time_s;
+  });
+  if (has_states) return reading;
+  throw FileError(recording, reading.whole ? "holds no states: it is no recording of `thenar run --record`"
+                             : reading.damaged_chunks > 0 ? "is damaged: no state of it can be read"
+                                                          : "was cut off before its first state: record it again");
+}
+
 }  // namespace thenar::app

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/formats/files.h"
+#include "engine/formats/mcap_reader.h"
 
 namespace thenar::app {
 
@@ -57,5 +58,8 @@ class Attempts {
  private:
   std::exception_ptr first_;
 };
+
+/// Reads a recording through. Throws FileError if it has no states; `last_s` becomes the time of its last message.
+[[nodiscard]] McapReading look_through(const std::filesystem::path& recording, double& last_s);
 
 }  // namespace thenar::app

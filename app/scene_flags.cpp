@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "engine/formats/byte_source.h"
+#include "engine/formats/text.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
 #include "engine/scenes/scene_file.h"
@@ -47,6 +49,35 @@ CLI::Validator no_folder() {
   return {[](const std::string& text) -> std::string {
             std::error_code none;  // What cannot be looked at is found out when it is written.
             return std::filesystem::is_directory(text, none) ? text + " is a folder, and must be a file" : "";
+          },
+          ""};
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  const std::string all = fmt::format("{}", fmt::join(words, ", "));
+  return {[words, all](const std::string& text) -> std::string {
+            if (std::ranges::find(words, text) != words.end()) return "";
+            const std::vector<std::string_view> candidates(words.begin(), words.end());
+            return fmt::format("'{}' is none of {}{}", printable(text), all,
+                               did_you_mean(nearest_word(text, candidates)));
+          },
+          ""};
+}
+
+CLI::Validator within(double low, double high) {
+  return {[=](const std::string& text) -> std::string {
+            const auto number = number_in<double>(text);
+            if (number && *number >= low && *number <= high) return "";
+            return fmt::format("'{}' is no number within {:g} .. {:g}", printable(text), low, high);
+          },
+          ""};
+}
+
+CLI::Validator whole_within(std::int64_t low, std::int64_t high) {
+  return {[=](const std::string& text) -> std::string {
+            const auto number = number_in<std::int64_t>(text);
+            if (number && *number >= low && *number <= high) return "";
+            return fmt::format("'{}' is no whole number within {} .. {}", printable(text), low, high);
           },
           ""};
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -44,6 +45,11 @@ struct RateFlags {
 /// Return checks that a text is a name, and that it is not that of a folder.
 [[nodiscard]] CLI::Validator named();
 [[nodiscard]] CLI::Validator no_folder();
+
+/// Return checks that a text is one of these words, and that it is a number, or a whole number, within [low, high].
+[[nodiscard]] CLI::Validator one_of(const std::vector<std::string>& words);
+[[nodiscard]] CLI::Validator within(double low, double high);
+[[nodiscard]] CLI::Validator whole_within(std::int64_t low, std::int64_t high);
 
 /// Adds --core.
 void add_core(CLI::App& command, int& core);

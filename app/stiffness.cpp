@@ -44,7 +44,7 @@ void add_stiffness(CLI::App& app, StiffnessOptions& options) {
       ->add_option("--free", options.free,
                    "What may act: muscles, whose excitations then stay, or the control law, which goes on")
       ->capture_default_str()
-      ->check(CLI::IsMember({"muscles", "control"}));
+      ->check(one_of({"muscles", "control"}));
   command->add_flag_callback(
       "--no-probe", [&options] { options.probe = false; }, "Predicts alone");
   command->add_option("--json", options.json, "File for all figures")

@@ -322,7 +322,8 @@ double covering_support_m(const PointCloud& cloud) {
   // Like sample_spacing_m(), but with 16 neighbours, so that chance does not appear as a sparse region.
   constexpr std::ptrdiff_t kNeighbours = 16;
   const double spacing_m = sample_spacing_m(cloud), radius_m = 5.0 * spacing_m;
-  if (!(spacing_m > 0.0)) throw std::invalid_argument("covering_support_m: all samples lie in one place");
+  if (!(spacing_m > 0.0))
+    throw std::invalid_argument("its points lie in a few places, many in each: leave out the copies");
   const PointGrid grid(cloud.points_m, radius_m);
   std::vector<double> spacings_m, squared;
   const Index count = cloud.points_m.cols(), subset = std::min(kSubset, count);

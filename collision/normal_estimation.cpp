@@ -86,7 +86,8 @@ double volume(const PointCloud& cloud, const std::vector<Index>& part) {
 void estimate_normals(PointCloud& cloud) {
   const Index count = cloud.points_m.cols();
   const double spacing_m = sample_spacing_m(cloud);
-  if (!(spacing_m > 0.0)) throw std::invalid_argument("estimate_normals: all samples lie in one place");
+  if (!(spacing_m > 0.0))
+    throw std::invalid_argument("its points lie in a few places, many in each: leave out the copies");
   cloud.normals.resize(3, count);
   {
     const double radius_m = 3.0 * spacing_m;

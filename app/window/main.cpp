@@ -28,6 +28,7 @@
 #include "app/window/admission.h"
 #include "app/window/server.h"
 #include "app/window/session.h"
+#include "app/wrong_command.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
 #include "engine/formats/text.h"
@@ -98,12 +99,14 @@ void check_recording(const CLI::App& demo) {
 std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
   CLI::App program{"The live window", "thenar"};
   program.require_subcommand(1);
+  program.failure_message(app::wrong_command_line);
   Options options;
   CLI::App* const demo =
       program.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
   app::add_scene(*demo, options.file, options.overrides,
                  "Scene file (YAML), the name of a scene that comes with the program, or a recording (.mcap)");
   demo->add_option("--port", options.server.port, "Port of the address that is printed; 0: any that is free")
+      ->check(app::whole_within(0, 65535))
       ->capture_default_str();
   demo->add_option("--listen", options.server.address,
                    "Numeric address to be reached at. Pages need the token in the address that is printed")
@@ -206,7 +209,8 @@ void announce(const std::string& url, const Options& options) {
 
 void replay(const Options& options) {
   // Refused before anybody looks at it.
-  if (!read_mcap(options.file, [](const McapMessage&) {}).whole) {
+  double last_s = 0.0;
+  if (!app::look_through(options.file, last_s).whole) {
     std::cerr << "warning: " << printable(options.file.string())
               << " was cut off; it is shown to its last whole state\n";
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 
 #include "engine/formats/files.h"
@@ -15,19 +16,34 @@ namespace {
 struct Kind {
   std::string_view begin, what;
 };
-constexpr std::array<Kind, 11> kOthers = {{
-    {"\x1f\x8b", "is compressed by gzip: unpack it first"},
-    {"pk\x03\x04", "is a zip archive, as 3MF files are, too: unpack it, or save the surface as .stl or .obj"},
+constexpr std::array<Kind, 6> kParcels = {{
+    {"\x1f\x8b", "is packed by gzip: unpack it first"},
+    {"pk\x03\x04", "is a zip archive, as 3MF files are, too: unpack it first"},
     {"7z\xbc\xaf\x27", "is a 7z archive: unpack it first"},
     {"<!doctype html", "is a web page, not the file that it shows: download that one"},
     {"<html", "is a web page, not the file that it shows: download that one"},
-    {"version https://git-lfs", "is a pointer of Git LFS, not the file: fetch that one by git lfs pull"},
+    {"version https://git-lfs", "is a pointer of Git LFS, not the file itself: `git lfs pull` fetches that"},
+}};
+constexpr std::array<Kind, 5> kOtherSurfaces = {{
     {"<?xml", "is a file of XML, as of COLLADA or X3D: save the surface as .stl or .obj"},
     {"iso-10303-21", "is a STEP file: save its surface as .stl or .obj"},
     {"#vrml", "is a VRML file: save its surface as .stl or .obj"},
     {"# vtk", "is a VTK file: save its surface as .stl or .ply"},
     {"kaydara fbx", "is an FBX file: save its surface as .stl or .obj"},
 }};
+
+/// Returns the first 512 bytes in lower case, without a byte order mark and blanks before it.
+std::string head_of(std::string_view bytes) {
+  std::string head = lower_case(bytes.substr(0, 512));
+  if (head.starts_with("\xEF\xBB\xBF")) head.erase(0, 3);
+  head.erase(0, std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+  return head;
+}
+
+std::string kind_among(std::span<const Kind> kinds, std::string_view head) {
+  const auto kind = std::ranges::find_if(kinds, [&](const Kind& one) { return head.starts_with(one.begin); });
+  return kind == kinds.end() ? "" : std::string(kind->what);
+}
 
 /// Returns the ending that names of such files have; empty for a file that begins as no format of surfaces does.
 std::string_view ending_by_content(std::string_view bytes, std::string_view text) {
@@ -44,14 +60,14 @@ std::string_view ending_by_content(std::string_view bytes, std::string_view text
 
 }  // namespace
 
+std::string parcel_in(std::string_view bytes) { return kind_among(kParcels, head_of(bytes)); }
+
 void expect_kind_of_name(std::string_view bytes, const std::filesystem::path& file) {
   if (bytes.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == bytes.npos)
     throw FileError(file, "the file is empty");
-  std::string text = lower_case(bytes.substr(0, 512));
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-  text.erase(0, std::min(text.find_first_not_of(" \t\r\n"), text.size()));
-  for (const Kind& other : kOthers) {
-    if (text.starts_with(other.begin)) throw FileError(file, std::string(other.what));
+  const std::string text = head_of(bytes);
+  for (const std::string& what : {parcel_in(bytes), kind_among(kOtherSurfaces, text)}) {
+    if (!what.empty()) throw FileError(file, what);
   }
   std::string ending = ending_of(file);
   if (ending == ".gltf") ending = ".glb";  // Readers take either of the two.

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <csignal>
 #include <ctime>
@@ -18,7 +17,9 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "engine/formats/file_kind.h"
 #include "engine/formats/open_file.h"
+#include "engine/formats/plain_text.h"
 #include "engine/formats/text.h"
 
 namespace thenar {
@@ -113,7 +114,23 @@ int open_special(const fs::path& file, bool waits) {
   }
 }
 
-std::string open_fault() { return errno == ENXIO ? "nobody reads this pipe" : "cannot be written: " + message(errno); }
+std::string open_fault(const fs::path& file) {
+  const int fault = errno;
+  if (fault == ENXIO) return "nobody reads this pipe";
+  const fs::path folder = file.parent_path();
+  std::error_code none;
+  const bool has_folder = folder.empty() || fs::exists(folder, none);
+  return "cannot be written: " + (has_folder ? message(fault) : "there is no folder " + folder.string());
+}
+
+/// Returns the folder, or what should hold it, that is there and is none; empty: there is no such.
+fs::path no_folder_of(fs::path folder) {
+  std::error_code none;
+  for (; !folder.empty() && folder != folder.root_path(); folder = folder.parent_path()) {
+    if (fs::exists(folder, none)) return fs::is_directory(folder, none) ? fs::path() : folder;
+  }
+  return {};
+}
 
 /// Returns true if there is such a file, and it cannot be replaced: a device, a pipe.
 bool is_special(const fs::path& file) {
@@ -141,6 +158,7 @@ std::string read_from_disk(const fs::path& file) try {
   if (!S_ISREG(status.st_mode)) throw ReadError(file, "is a pipe or a device, not a file");
   std::optional<std::string> bytes = read_all(open_file.descriptor, static_cast<std::size_t>(status.st_size));
   if (!bytes) throw ReadError(file, "cannot be read: " + message(errno));
+  if (const std::string what = parcel_in(*bytes); !what.empty()) throw FileError(file, what);
   return *std::move(bytes);
 } catch (const std::bad_alloc&) {
   throw ReadError(file, "does not fit into memory");
@@ -160,11 +178,7 @@ FileError::FileError(const fs::path& file, const std::string& what)
 
 void set_stop_question(bool (*stop_is_asked)()) { stop_question = stop_is_asked; }
 
-std::string ending_of(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
+std::string ending_of(const fs::path& file) { return lower_case(file.extension().string()); }
 
 std::string read_file(const fs::path& file) {
   {
@@ -209,7 +223,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
   } else {
     descriptor = open_special(file, true);
   }
-  if (descriptor < 0) throw FileError(path, open_fault());
+  if (descriptor < 0) throw FileError(path, open_fault(path));
   struct stat before {};
   if (replace && stat(file.c_str(), &before) == 0) {
     // The owner first: it takes bits of the mode away.
@@ -235,6 +249,8 @@ void write_file(const fs::path& path, std::string_view bytes) {
 void prepare_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
+  const fs::path file = no_folder_of(folder);
+  if (!file.empty()) throw FileError(folder, "cannot make this folder: " + file.string() + " is a file");
   if (error) throw FileError(folder, "cannot make this folder: " + error.message());
   const fs::path probe =
       make_beside(folder / ".thenar", [](const fs::path& name) { return mkdir(name.c_str(), 0777) == 0; });
@@ -269,7 +285,7 @@ FileLock::~FileLock() {
 FileWriter::FileWriter(const fs::path& path)
     : descriptor_(is_special(path) ? open_special(path, false)
                                    : open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
-  if (descriptor_ < 0) throw FileError(path, open_fault());
+  if (descriptor_ < 0) throw FileError(path, open_fault(path));
 }
 
 bool FileWriter::write(std::string_view bytes) {

@@ -93,7 +93,9 @@ std::string read_buffer(const Gltf& gltf, const json& buffer, std::string_view c
     return *bytes;
   }
   if (uri.find("://") != uri.npos) gltf.fail("has a buffer elsewhere: " + printable(uri));
-  return read_file(gltf.file.parent_path() / from_uri(uri));
+  const fs::path file = gltf.file.parent_path() / from_uri(uri);
+  if (!is_readable(file)) gltf.fail("names the file '" + printable(uri) + "', which is not beside it");
+  return read_file(file);
 }
 
 std::uint32_t whole_number_at(std::string_view bytes, std::size_t at) {
@@ -346,7 +348,11 @@ TriangleMesh parse_gltf(std::string_view bytes, const fs::path& file, std::vecto
   } else {
     chunks.first = plain_text(bytes, file, store);
   }
-  gltf.root = json::parse(chunks.first, nullptr, false);
+  try {
+    gltf.root = json::parse(chunks.first);
+  } catch (const json::parse_error& error) {
+    gltf.fail("is no glTF file: its JSON is broken at byte " + std::to_string(error.byte));
+  }
   if (!gltf.root.is_object() || !gltf.root.contains("asset")) gltf.fail("is no glTF file");
   if (!gltf.root.at("asset").value("version", "").starts_with("2")) gltf.fail("is glTF of another version than 2.0");
   check_extensions(gltf);

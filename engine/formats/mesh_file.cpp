@@ -66,7 +66,7 @@ Vector3d point_of(const ByteSource& source, const Words& words, std::size_t firs
 /// Returns the mesh; fails without faces.
 TriangleMesh mesh_of(const ByteSource& source, const MeshBuilder& mesh) {
   if (mesh.has_faces()) return mesh.mesh();
-  source.fail(mesh.vertices() == 0 ? "has no faces"
+  source.fail(mesh.vertices() == 0 ? "has neither vertices nor faces: it is another kind of file than its name says"
                                    : "has no faces; points alone are read from .ply, .xyz and .pcd files");
 }
 
@@ -90,9 +90,11 @@ struct OffHead {
   std::uint64_t vertices = 0, faces = 0;
 };
 
+constexpr const char* kNoOff = "is no OFF file: it does not begin with 'OFF'";
+
 OffHead read_off_head(ByteSource& source) {
   auto words = next_words(source);
-  if (!words) source.fail("not an OFF file");
+  if (!words) source.fail(kNoOff);
   OffHead head;
   const std::string_view name = words->front();
   const std::size_t end = lower_case(name).find("off");
@@ -105,7 +107,7 @@ OffHead read_off_head(ByteSource& source) {
     if (!words->empty() && words->front() == "BINARY") source.fail_at_line("OFF BINARY is not read: save it as text");
     if (words->empty()) words = require_words(source);
   } else if (!number_in<std::uint64_t>(name)) {  // The name may be left out.
-    source.fail("not an OFF file");
+    source.fail(kNoOff);
   }
   for (const bool has_line_each = words->size() == 1; has_line_each && words->size() < 3;) {
     const Words more = require_words(source);
@@ -331,7 +333,8 @@ void mend_mesh(TriangleMesh& mesh, const fs::path& file, Notes& notes) {
                                 100.0 * share(mending.open_edges)));
   }
   if (share(mending.at_odds) > kMostAtOdds) {
-    throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one",
+    throw FileError(file, fmt::format("has no outside: the faces along {:.0f} % of its edges cannot agree on one; make "
+                                      "a closed surface of it, as Blender's modifier Remesh does",
                                       100.0 * share(mending.at_odds)));
   }
   if (mending.dropped > 0) notes.push_back(fmt::format("left out {} without area", counted(mending.dropped, "face")));

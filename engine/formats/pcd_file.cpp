@@ -1,5 +1,7 @@
 #include "engine/formats/pcd_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -168,7 +170,9 @@ PcdHeader read_pcd_header(ByteSource& source) {
   if (!points && !width) source.fail("the header has neither POINTS nor WIDTH");
   // Compared as doubles, whose products do not wrap around.
   const double declared = width ? static_cast<double>(*width) * static_cast<double>(height.value_or(1)) : 0.0;
-  if (points && width && declared != static_cast<double>(*points)) source.fail("POINTS is not WIDTH times HEIGHT");
+  if (points && width && declared != static_cast<double>(*points)) {
+    source.fail(fmt::format("POINTS is {}, and WIDTH times HEIGHT {:.0f}: they must be the same", *points, declared));
+  }
   if (declared > 1e15) source.fail("WIDTH times HEIGHT is more than any file holds");
   const std::uint64_t count = points.value_or(width.value_or(0) * height.value_or(1));
   return {columns_of(source, fields, data), count, data};

@@ -134,7 +134,8 @@ void pass_over(const ByteSource& source, const std::string& word, Notes& notes) 
 
 Header read_header(ByteSource& source, Notes& notes) {
   if (source.left() == 0) source.fail("the file is empty");
-  if (source.has_blank_rest() || header_words(source) != HeaderWords{"ply"}) source.fail("not a PLY file");
+  if (source.has_blank_rest() || header_words(source) != HeaderWords{"ply"})
+    source.fail("is no PLY file: its first line is not 'ply'");
   Header header;
   bool has_format = false;
   for (;;) {

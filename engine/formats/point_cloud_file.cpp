@@ -67,7 +67,7 @@ void leave_out_missing(PointCloud& cloud, std::vector<std::string>& notes) {
 }
 
 /// Refuses points that make no surface. `cloud` is as in the file.
-void check_surface(const fs::path& file, const PointCloud& cloud) {
+void check_surface(const fs::path& file, const PointCloud& cloud, bool is_mesh) {
   const Index count = cloud.points_m.cols();
   if (count < kMinPoints) {
     throw FileError(file, "needs at least " + std::to_string(kMinPoints) + " points, has " + std::to_string(count));
@@ -82,6 +82,9 @@ void check_surface(const fs::path& file, const PointCloud& cloud) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(points * points.transpose(), Eigen::EigenvaluesOnly);
   // Squared widths: a millionth of the length is a line, also in files of single precision.
   if (spread.eigenvalues()[1] <= 1e-12 * spread.eigenvalues()[2]) throw FileError(file, "all points lie on one line");
+  if (is_mesh && spread.eigenvalues()[0] <= 1e-12 * spread.eigenvalues()[2]) {
+    throw FileError(file, "is flat: all its faces lie in one plane, and an object has a thickness");
+  }
 }
 
 /// Formats a length in the most readable unit.
@@ -105,7 +108,7 @@ void check_size(const fs::path& file, const PointCloud& cloud, double unit_m) {
   for (const Unit& unit : kUnits) {
     const double then_m = wide_m / unit_m * unit.m;
     if (!guess.empty() || then_m < kSmallest_m || then_m > kLargest_m) continue;
-    guess = fmt::format(": are its units {}? write unit: {}", unit.name, unit.name);
+    guess = fmt::format(": are its units {0}? write unit: {0}, or --unit {0}", unit.name);
   }
   throw FileError(file, fmt::format("is {} wide, where {} to {} make sense{}", in_words(wide_m), in_words(kSmallest_m),
                                     in_words(kLargest_m), guess));
@@ -184,7 +187,7 @@ PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const Cloud
     cloud = sample_mended_mesh(*mesh, file, options.samples, notes);
   }
   leave_out_missing(cloud, notes);
-  check_surface(file, cloud);
+  check_surface(file, cloud, mesh.has_value());
   normalise(cloud.normals);
   cloud.points_m *= options.unit_m;
   check_size(file, cloud, options.unit_m);

@@ -53,8 +53,13 @@ json parse(const fs::path& file, const std::string& bytes) {
     // "[json.exception.parse_error.101] parse error at line 3, column 7: what is wrong": the library's own name means
     // nothing to a user.
     const std::string what = error.what();
-    const std::size_t name = what.find("] ");
-    throw FileError(file, name == std::string::npos ? what : what.substr(name + 2));
+    const std::size_t at = what.find(" at line "), end = what.find(": ", at), name = what.find("] ");
+    if (at != std::string::npos && end != std::string::npos) {
+      const std::size_t why = what.find(" - ", end);
+      throw FileError(file, what.substr(at + 4, end - at - 4) +
+                                ": is no JSON: " + what.substr(why == std::string::npos ? end + 2 : why + 3));
+    }
+    throw FileError(file, (name == std::string::npos ? what : what.substr(name + 2)));
   }
 }
 

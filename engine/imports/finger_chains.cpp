@@ -111,14 +111,14 @@ void expect_hinge(const TreeJoint& joint, const std::string& finger) {
                              : joint.kind == TreeJointKind::kBall ? "is a ball joint"
                                                                   : "is free";
     refuse_at(joint.place, key,
-              fmt::format("{}, and the {} hangs on it: a hand's joints turn about an axis (--lock {} locks "
-                          "it)",
+              fmt::format("{}, and the {} hangs on it: make it a hinge (URDF: revolute), or lock it, if other joints "
+                          "move the finger: --lock {}",
                           kind, finger, joint.name));
   }
   if (!joint.range) {
     refuse_at(joint.place, key,
-              fmt::format("has no limits, and the {} hangs on it: a hand's joints have a range (--lock {} "
-                          "locks it)",
+              fmt::format("has no limits, and the {} hangs on it: give it a range, or lock it, if other joints move "
+                          "the finger: --lock {}",
                           finger, joint.name));
   }
   constexpr double kTurn_rad = 6.3;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 
@@ -120,7 +121,14 @@ void read_detail(const std::string& part, TipRequest& tip) {
 
 }  // namespace
 
-std::vector<std::string> split_tips(std::string_view text) { return split(text, ','); }
+std::vector<std::string> split_tips(std::string_view text) {
+  std::vector<std::string> tips = split(text, ',');
+  for (std::string& tip : tips) {
+    const std::size_t first = std::min(tip.find_first_not_of(' '), tip.size());
+    tip = tip.substr(first, tip.find_last_not_of(' ') + 1 - first);
+  }
+  return tips;
+}
 
 TipRequest read_tip(const std::string& text) {
   TipRequest tip;

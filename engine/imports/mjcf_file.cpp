@@ -66,6 +66,9 @@ TreeJoint read_joint(const Reader& reader, const XmlElement& element, const With
   const auto range = numbers(element, "range", 2, 2);
   const std::string limited = element.text("limited");
   const bool is_limited = limited == "true" || (limited != "false" && range && reader.limits_by_range);
+  if (is_limited && range && (*range)[0] > (*range)[1]) {
+    refuse(element, fmt::format("range: its lower end comes first: '{}'", element.text("range")));
+  }
   if (is_limited && range && (*range)[0] < (*range)[1]) joint.range = {unit * (*range)[0], unit * (*range)[1]};
   return joint;
 }

@@ -48,6 +48,25 @@ class LineCounter {
   std::ptrdiff_t line_ = 1;
 };
 
+/// What stops the parser, in plain words.
+std::string in_words(const pugi::xml_parse_result& result) {
+  switch (result.status) {
+    case pugi::status_no_document_element:
+      return "it has no element; MJCF begins with <mujoco>, URDF with <robot>";
+    case pugi::status_end_element_mismatch:
+      return "this tag closes another element than the last one that is open, or an element is not closed";
+    case pugi::status_bad_attribute:
+      return "an attribute is written as name=\"value\", and a '\"' is missing here or in a line above";
+    case pugi::status_bad_start_element:
+    case pugi::status_bad_end_element:
+      return "a tag is broken off: '>' is missing";
+    case pugi::status_bad_comment:
+      return "a comment is not closed: '-->' is missing";
+    default:
+      return printable(result.description());
+  }
+}
+
 XmlElement converted(const pugi::xml_node& node, LineCounter& lines, int depth, std::size_t& left) {
   XmlElement element;
   element.name = node.name();
@@ -95,8 +114,8 @@ XmlElement read_xml(const std::filesystem::path& file, std::size_t& left) try {
       document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (result.status == pugi::status_out_of_memory) throw std::bad_alloc();
   if (!result) {
-    throw ConfigError({{printable(place_at(file, text, result.offset)), "",
-                        fmt::format("is no XML: {}", printable(result.description()))}});
+    throw ConfigError(
+        {{printable(place_at(file, text, result.offset)), "", fmt::format("is no XML: {}", in_words(result))}});
   }
   LineCounter lines(file, text);
   return converted(document.document_element(), lines, 0, left);

@@ -7,54 +7,24 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
 #include "engine/formats/files.h"
 #include "engine/formats/text.h"
-#include "engine/scenes/yaml_tree.h"
+#include "engine/scenes/config_state.h"
+#include "engine/scenes/value_hints.h"
+#include "engine/scenes/yaml_syntax.h"
 
 namespace thenar {
 
 using Eigen::Index;
 using Kind = YamlNode::Kind;
 
-struct ConfigState {
-  std::filesystem::path file;
-  Keys keys;
-  std::vector<std::string> override_keys;
-  std::unique_ptr<YamlNode> root;
-  std::vector<std::unique_ptr<YamlNode>> defaults;  ///< Those that were taken, as if the file had them.
-  std::vector<YamlFault> faults;
-  std::vector<std::string> defaults_used;
-  int unknown_keys = 0;
-
-  void report(const Place& place, std::string key, std::string message) {
-    faults.push_back({place, std::move(key), std::move(message)});
-  }
-
-  void throw_if_faulty();
-  [[nodiscard]] std::string location(const Place& place) const;
-};
-
 namespace {
-
-constexpr const char* kMissing = "this key is missing";
-
-/// The path that the table has for one of the file: without the numbers of list items.
-std::string table_path(std::string_view path) {
-  std::string text;
-  bool in_brackets = false;
-  for (const char c : path) {
-    if (c == '[') in_brackets = true;
-    if (!in_brackets) text += c;
-    if (c == ']') in_brackets = false;
-  }
-  return text;
-}
 
 constexpr std::array kKindNames{"nothing", "a single value", "a list", "a map"};  // In the order of Kind.
 
@@ -90,14 +60,15 @@ bool expect_items(ConfigState& state, const YamlNode& node, const std::string& p
   const std::string wanted = fmt::format("a list of {} {}", count, things);
   if (!expect_kind(state, node, path, Kind::kList, wanted)) return false;
   if (std::ssize(node.items) == count) return true;
-  state.report(node.place, path, fmt::format("must be {}, not {}", wanted, node.items.size()));
+  state.report(node.place, path,
+               fmt::format("must be {}, not {}{}", wanted, node.items.size(), list_hint(node, count)));
   return false;
 }
 
 /// A list of quantities; nullopt after a fault in the list itself.
 std::optional<Eigen::VectorXd> quantities_of(ConfigState& state, const YamlNode& node, const std::string& path,
-                                             const Key& key) {
-  if (!expect_items(state, node, path, key.items, "values")) return std::nullopt;
+                                             const Key& key, std::string_view things = "values") {
+  if (!expect_items(state, node, path, key.items, things)) return std::nullopt;
   Eigen::VectorXd values(key.items);
   for (std::size_t i = 0; i < node.items.size(); ++i) {
     values[static_cast<Index>(i)] = quantity_of(state, *node.items[i], item_path(path, i), key);
@@ -105,111 +76,17 @@ std::optional<Eigen::VectorXd> quantities_of(ConfigState& state, const YamlNode&
   return values;
 }
 
-std::unique_ptr<YamlNode> make_node(Kind kind, const Place& place) {
-  auto node = std::make_unique<YamlNode>();
-  node->kind = kind;
-  node->place = node->heading = place;
-  return node;
-}
-
-/// The n of a key "list[n]", which is cut off; nothing of others.
-std::optional<std::size_t> take_index(std::string& key) {
-  const std::size_t bracket = key.find('[');
-  std::size_t index = 0;
-  if (bracket == key.npos) return std::nullopt;
-  std::from_chars(key.data() + bracket + 1, key.data() + key.size(), index);
-  if (item_path(key.substr(0, bracket), index) != key) return std::nullopt;  // "[]", "[00]", "[1e99]"
-  key.resize(bracket);
-  return index;
-}
-
-/// Adds "key.path=value" to the tree; "list[0].key=value" to a list's map. The maps on its way are made where they are
-/// missing.
-void apply_override(ConfigState& state, const std::string& override_text) {
-  const std::size_t equals = override_text.find('=');
-  const std::string path = override_text.substr(0, equals);
-  state.override_keys.push_back(path);
-  const Place place{state.override_keys.size()};
-  const bool has_empty_key = path.empty() || path.front() == '.' || path.back() == '.' || path.find("..") != path.npos;
-  if (equals == std::string::npos || has_empty_key) {
-    state.report(place, "", "write it as key=value, such as time.step=0.5 ms");
-    return;
-  }
-  auto value = read_yaml(override_text.substr(equals + 1), place.source, state.faults);
-  if (!value) value = make_node(Kind::kNull, place);
-
-  YamlNode* map = state.root.get();
-  std::string so_far;
-  std::istringstream keys(path);
-  for (std::string key; std::getline(keys, key, '.');) {
-    const std::optional<std::size_t> item = take_index(key);
-    if (map->kind != Kind::kMap) return state.report(place, path, so_far + " is not a map of keys and values");
-    so_far = key_path(so_far, key);
-    auto entry = std::ranges::find(map->entries, key, &YamlNode::Entry::key);
-    if (entry == map->entries.end()) {
-      map->entries.push_back({key, place, make_node(Kind::kMap, place)});
-      entry = map->entries.end() - 1;
-    }
-    std::unique_ptr<YamlNode>* slot = &entry->value;
-    if (item) {
-      so_far = item_path(so_far, *item);
-      if ((*slot)->kind != Kind::kList || *item >= (*slot)->items.size())
-        return state.report(place, path, so_far + " is not in the file's list");
-      slot = &(*slot)->items[*item];
-    }
-    if (so_far == path) {
-      value->heading = place;
-      if (!item) entry->place = place;
-      *slot = std::move(value);
-      return;
-    }
-    map = slot->get();
-  }
-}
-
-/// Reports a key that no reader asked for: one that the table does not have, or that this scene has no use for.
-void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const std::string& map_path) {
-  const std::string map = table_path(map_path), path = key_path(map_path, entry.key);
-  const std::vector<std::string_view> names = names_below(state.keys, map);
-  if (std::ranges::find(names, entry.key) != names.end()) {
-    state.report(entry.place, path, "has no effect here: leave it out");
-    return;
-  }
-  const std::string in_table = key_path(map, entry.key);
-  if (find_key(state.keys, in_table) != nullptr) {
-    state.report(entry.place, path, "in a file each name stands below the one before it, without dots");
-    return;
-  }
-  // A file of another kind has thousands: no slips.
-  constexpr int kMostSlips = 50;
-  std::string meant;
-  if (++state.unknown_keys <= kMostSlips) meant = nearest_key(state.keys, in_table);
-  // Of the same map, which may be a list's item.
-  if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
-  const bool lists = meant.empty() && !map.empty() && !names.empty();
-  const std::string others = lists ? "; known here: " + join(names, ", ") : "";
-  state.report(entry.place, path, "unknown key" + did_you_mean(meant) + others);
-  // A key that is only misspelt is not missing besides.
-  if (meant.empty()) return;
-  std::erase_if(state.faults, [&](const YamlFault& f) { return f.key == meant && f.message == kMissing; });
-}
-
-void report_unused_keys(ConfigState& state, const YamlNode& node, const std::string& path) {
-  for (std::size_t i = 0; i < node.items.size(); ++i) report_unused_keys(state, *node.items[i], item_path(path, i));
-  if (node.kind != Kind::kMap || !node.was_entered) return;
-  for (const YamlNode::Entry& entry : node.entries) {
-    if (std::ranges::find(node.asked_keys, entry.key) == node.asked_keys.end()) {
-      report_unused_key(state, entry, path);
-    } else {
-      report_unused_keys(state, *entry.value, key_path(path, entry.key));
-    }
-  }
-}
-
-}  // namespace
-
-void ConfigState::throw_if_faulty() {
+/// Throws ConfigError if there is any fault.
+void throw_if_faulty(ConfigState& state) {
+  std::vector<YamlFault>& faults = state.faults;
   if (faults.empty()) return;
+  // A text of the command line that is no YAML has no value besides.
+  const std::vector<YamlFault> all = faults;
+  std::erase_if(faults, [&](const YamlFault& fault) {
+    return fault.place.source > 0 && !fault.key.empty() && std::ranges::any_of(all, [&](const YamlFault& other) {
+             return other.place.source == fault.place.source && other.key.empty();
+           });
+  });
   const auto order = [](const YamlFault& f) { return std::tie(f.place, f.key, f.message); };
   std::ranges::sort(faults, {}, order);
   std::vector<ConfigDiagnostic> diagnostics;
@@ -217,26 +94,29 @@ void ConfigState::throw_if_faulty() {
     const auto& [place, key, message] = faults[i];
     // What two readers found is one fault.
     if (i > 0 && order(faults[i]) == order(faults[i - 1])) continue;
-    diagnostics.push_back({location(place), key, message});
+    diagnostics.push_back({state.location(place), key, message});
   }
   throw ConfigError(diagnostics);
 }
 
-std::string ConfigState::location(const Place& place) const {
-  if (place.source > 0) return "--set " + override_keys[place.source - 1];
-  return fmt::format("{}:{}:{}", file.string(), place.line, place.column);
-}
+}  // namespace
 
 Config::Config(const std::filesystem::path& file, Keys keys, const std::vector<std::string>& overrides,
                const std::optional<std::string>& text)
     : state_(std::make_unique<ConfigState>()) {
   state_->file = file;
   state_->keys = keys;
-  state_->root = read_yaml(text ? *text : read_file(file), 0, state_->faults);
+  const std::string whole = text ? *text : read_file(file);
+  state_->root = read_yaml(whole, 0, state_->faults);
   if (!state_->root && state_->faults.empty()) state_->report({}, "", "the file is empty");
-  if (!state_->root) state_->throw_if_faulty();
-  if (!expect_kind(*state_, *state_->root, "", Kind::kMap, "a map of keys and values")) state_->throw_if_faulty();
-  for (const std::string& override_text : overrides) apply_override(*state_, override_text);
+  if (!state_->root) throw_if_faulty(*state_);
+  if (state_->root->kind != Kind::kMap) state_->faults.clear();  // It is no YAML: nothing in it is to be mended.
+  if (const auto fault = state_->root->kind == Kind::kMap ? std::nullopt : no_text(whole)) {
+    state_->report({0, fault->line, fault->column}, "", fault->message);
+    throw_if_faulty(*state_);
+  }
+  if (!expect_kind(*state_, *state_->root, "", Kind::kMap, "a map of keys and values")) throw_if_faulty(*state_);
+  apply_overrides(*state_, overrides);
 }
 
 Config::~Config() = default;
@@ -248,7 +128,7 @@ ConfigMap Config::root() const {
 
 void Config::finish() {
   report_unused_keys(*state_, *state_->root, "");
-  state_->throw_if_faulty();
+  throw_if_faulty(*state_);
 }
 
 const std::vector<std::string>& Config::defaults_used() const noexcept { return state_->defaults_used; }
@@ -324,7 +204,9 @@ Eigen::VectorXd ConfigMap::quantities(std::string_view key, std::size_t joints) 
   const YamlNode* const node = require(key);
   const bool is_list = node != nullptr && node->kind == Kind::kList;
   wanted.items = static_cast<int>(joints == 0 && is_list ? node->items.size() : joints);
-  const auto values = node == nullptr ? std::nullopt : quantities_of(*state_, *node, path_of(key), wanted);
+  const auto values = node == nullptr
+                          ? std::nullopt
+                          : quantities_of(*state_, *node, path_of(key), wanted, "values, one for each joint,");
   return values.value_or(Eigen::VectorXd::Constant(static_cast<Index>(joints), harmless(wanted)));
 }
 
@@ -337,7 +219,7 @@ Index ConfigMap::count(std::string_view key) const {
   const char* const last = node->text.data() + node->text.size();
   const auto [end, error] = std::from_chars(node->text.data(), last, value);
   if (error == std::errc::invalid_argument || end != last) {
-    state_->report(node->place, path_of(key), "'" + node->text + "' is not a whole number");
+    state_->report(node->place, path_of(key), "'" + node->text + "' is not a whole number" + digits_hint(node->text));
     return least;
   }
   if (error == std::errc::result_out_of_range) {
@@ -365,7 +247,10 @@ Eigen::Matrix3d ConfigMap::rotation(std::string_view key) const {
   constexpr double kRounding = 1e-5;  // Files give six digits and more.
   if (!((matrix * matrix.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRounding) ||
       matrix.determinant() < 0.0) {
-    state_->report(node->place, path, "must be a rotation matrix: orthonormal rows, determinant +1");
+    const bool is_mirror = std::abs(matrix.determinant() + 1.0) <= kRounding;
+    state_->report(node->place, path,
+                   is_mirror ? "is a mirror image: turn one of its axes round"
+                             : "must be a rotation matrix: orthonormal rows, determinant +1");
     return Eigen::Matrix3d::Identity();
   }
   return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();
@@ -397,7 +282,7 @@ bool ConfigMap::flag(std::string_view key) const {
   const YamlNode* const node = require(key, KeyKind::kFlag);
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "true or false")) return false;
   if (node->text != "true" && node->text != "false") {
-    state_->report(node->place, path_of(key), "'" + node->text + "' is not true or false");
+    state_->report(node->place, path_of(key), "'" + node->text + "' is not true or false" + flag_hint(node->text));
   }
   return node->text == "true";
 }
@@ -423,7 +308,11 @@ std::filesystem::path ConfigMap::path(std::string_view key) const {
 }
 
 ConfigMap ConfigMap::enter(YamlNode* node, std::string path) const {
-  if (node == nullptr || !expect_kind(*state_, *node, path, Kind::kMap, "a map of keys and values")) {
+  const Key* const here = find_key(state_->keys, table_path(path));
+  const std::vector<std::string_view> names = names_below(state_->keys, table_path(path));
+  const bool is_one = here != nullptr && here->kind == KeyKind::kOneOf;
+  const std::string wanted = is_one ? fmt::format("a map of one of {}", join(names, ", ")) : "a map of keys and values";
+  if (node == nullptr || !expect_kind(*state_, *node, path, Kind::kMap, wanted)) {
     return {state_, nullptr, std::move(path)};
   }
   node->was_entered = true;
@@ -434,8 +323,10 @@ ConfigMap ConfigMap::map(std::string_view key) const {
   YamlNode* const node = require(key);
   const std::vector<std::string_view> words = words_of(known(key));
   if (node != nullptr && node->kind == Kind::kScalar && !words.empty()) {
+    const bool is_flag = std::ranges::find(words, "false") != words.end();
+    const std::string meant = flag_hint(node->text);
     refuse(key, fmt::format("'{}' is neither {} nor a map of keys and values{}", node->text, join(words, ", "),
-                            did_you_mean(nearest_word(node->text, words))));
+                            is_flag && !meant.empty() ? meant : did_you_mean(nearest_word(node->text, words))));
     return {state_, nullptr, path_of(key)};
   }
   return enter(node, path_of(key));
@@ -464,7 +355,7 @@ std::string ConfigMap::one_of() const {
     found = key;
   }
   if (found.empty() && node_ != nullptr) {
-    state_->report(node_->heading, path_, "needs one of " + join(names, ", "));
+    state_->report(node_->heading, path_, kNeedsOne + join(names, ", "));
   }
   return found;
 }

@@ -42,7 +42,7 @@ class ConfigError : public std::runtime_error {
 };
 
 struct YamlNode;     // One value of the file: engine/scenes/yaml_tree.h.
-struct ConfigState;  // All that is known of the file: config.cpp.
+struct ConfigState;  // All that is known of the file: engine/scenes/config_state.h.
 
 /// A map of the file: keys and values. Cheap to copy; valid as long as its Config.
 ///

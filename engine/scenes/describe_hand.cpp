@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -43,8 +44,11 @@ void check_posture(Visitor& v, const Hand& hand, const JointVector& posture) {
   for (int i = 0; i < posture.size(); ++i) {
     const Joint& joint = hand.joints[i];
     if (posture[i] >= joint.lower_rad && posture[i] <= joint.upper_rad) continue;
-    v.refuse("posture", "value " + std::to_string(i + 1) + " (" + joint.name + ") must lie within " +
-                            std::to_string(joint.lower_rad) + " .. " + std::to_string(joint.upper_rad) + " rad");
+    constexpr double kDegree = std::numbers::pi / 180.0;
+    v.refuse("posture", fmt::format("value {} ({}) is {:.4g} rad and must lie within {:.4g} .. {:.4g} rad, "
+                                    "{:.3g} .. {:.3g} deg",
+                                    i + 1, joint.name, posture[i], joint.lower_rad, joint.upper_rad,
+                                    joint.lower_rad / kDegree, joint.upper_rad / kDegree));
   }
 }
 

@@ -39,6 +39,10 @@ class HandMaker {
 
   Hand make() {
     make_joints();
+    refuse_doubles("segments", segments_, keys_.segments);
+    if (root_.has("muscles")) refuse_doubles("muscles", muscles_, keys_.muscles);
+    // All that follows is found by these names.
+    if (root_.is_refused("joints") || root_.is_refused("segments")) return std::move(hand_);
     make_segments();
     make_fingertips();
     if (hand_.fingers() > 0 && !root_.is_refused("fingertips")) find_fingers();
@@ -83,11 +87,25 @@ class HandMaker {
     return std::max(segment, 0);
   }
 
+  /// Refuses names that are there twice.
+  template <typename Named>
+  void refuse_doubles(const char* list, const std::vector<ConfigMap>& maps, const std::vector<Named>& all) const {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto is_called_so = [&](const Named& other) { return other.name == all[i].name; };
+      if (std::none_of(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(i), is_called_so)) continue;
+      if (!root_.is_refused(list)) maps[i].refuse("name", "is there twice: '" + all[i].name + "'");
+    }
+  }
+
   void make_joints() {
     const std::vector<JointKeys>& joints = keys_.joints;
+    refuse_doubles("joints", joints_, joints);
     if (joints.size() > kMaxHandJoints) refuse("joints", fmt::format("must list at most {} joints", kMaxHandJoints));
     for (std::size_t i = 0; i < std::min<std::size_t>(joints.size(), kMaxHandJoints); ++i) {
       const JointKeys& joint = joints[i];
+      if (joint.limits_rad[0] > joint.limits_rad[1]) {
+        joints_[i].refuse("limits", "its lower end comes first, and must not be above the other");
+      }
       hand_.joints.push_back({joint.name, joint.origin_m, joint.axis, joint.limits_rad[0], joint.limits_rad[1]});
     }
   }

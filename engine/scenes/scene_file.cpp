@@ -22,10 +22,26 @@ std::string in_words(const Tolerance& tolerance) {
                      100.0 * tolerance.force, 100.0 * tolerance.moment, tolerance.margin);
 }
 
+namespace {
+
+/// What a file is by its name, where that is no scene; empty: it may be one.
+std::string other_kind(const std::filesystem::path& file) {
+  const std::string ending = ending_of(file);
+  for (const std::string_view of : {".obj", ".stl", ".off", ".ply", ".glb", ".gltf", ".xyz", ".pcd"}) {
+    if (ending == of) return "is an object, and no scene: thenar new my.yaml --object " + file.string() + " writes one";
+  }
+  if (ending == ".xml" || ending == ".urdf") return "is a hand for `thenar hand import`, and no scene";
+  return ending == ".mcap" ? "is a recording, and no scene: `thenar demo` shows it" : "";
+}
+
+}  // namespace
+
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   if (is_hand_file(file)) {
     throw ConfigError({{printable(file.string()), "", "is a hand, which a scene names in hand.model, and no scene"}});
   }
+  if (const std::string other = other_kind(file); !other.empty())
+    throw ConfigError({{printable(file.string()), "", other}});
   Config config(file, scene_keys(), overrides);
   const ConfigMap root = config.root();
   SceneFile read;

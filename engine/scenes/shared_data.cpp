@@ -119,12 +119,17 @@ std::vector<KnownScene> known_scenes() {
 
 fs::path find_scene(const std::string& text) {
   const fs::path file = scene_called(text);
+  if (file.empty() && !known_hand(text).empty())
+    throw FileError(text, "is a hand that comes with the program, and no scene");
   if (file.empty()) refuse(text, "scene", names_of_scenes());
   return file;
 }
 
 fs::path find_hand(const std::string& text) {
   const fs::path file = hand_called(text);
+  std::error_code none;
+  if (file.empty() && fs::exists(scene_called(text), none))
+    throw FileError(text, "is a scene that comes with the program, and no hand");
   if (file.empty()) refuse(text, "hand", known_hands());
   return file;
 }

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "engine/scenes/value_hints.h"
+
 namespace thenar {
 
 namespace {
@@ -84,26 +86,29 @@ std::optional<SplitNumber> split_number(std::string_view text) {
 Quantity read_quantity(std::string_view text, Dimension dimension) {
   const Units& known = units_of(dimension);
   const std::string shown(text);
-  const std::string use = "use " + unit_names(dimension);
+  const std::string hint = quantity_hint(text), use = ": use " + unit_names(dimension);
   const auto number = split_number(text);
   if (!number) {
-    return {0.0, "'" + shown + "' is not " + std::string(known.name) + (known.units.empty() ? "" : ": " + use)};
+    const std::string how = !hint.empty() ? hint : known.units.empty() ? "" : use;
+    return {0.0, "'" + shown + "' is not " + std::string(known.name) + how};
   }
   if (known.units.empty()) {
-    if (!number->rest.empty())
-      return {0.0, shown + " must be a plain number, without '" + std::string(number->rest) + "'"};
+    if (!number->rest.empty()) {
+      const std::string rest = ", without '" + std::string(number->rest) + "'";
+      return {0.0, shown + " must be a plain number" + (hint.empty() ? rest : hint)};
+    }
     if (!std::isfinite(number->value)) return {0.0, shown + " is not a finite number"};
     return {number->value, ""};
   }
   if (!std::isfinite(number->value)) return {0.0, shown + " is not a finite number"};
-  if (number->rest.empty()) return {0.0, shown + " has no unit: " + use};
+  if (number->rest.empty()) return {0.0, shown + " has no unit" + use};
   for (const Unit& unit : known.units) {
     if (number->rest != unit.symbol) continue;
     const double value = number->value * unit.factor / unit.divisor;
     if (!std::isfinite(value)) return {0.0, shown + " is not a finite number"};
     return {value, ""};
   }
-  return {0.0, shown + " is not " + std::string(known.name) + ": " + use};
+  return {0.0, shown + " is not " + std::string(known.name) + (hint.empty() ? use : hint)};
 }
 
 std::string_view least_of(Dimension dimension) { return units_of(dimension).least; }

@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <utility>
 
 #include "engine/formats/text.h"
+#include "engine/scenes/yaml_syntax.h"
 
 namespace thenar {
 
@@ -25,6 +27,7 @@ class TreeBuilder : public YAML::EventHandler {
   TreeBuilder(std::size_t source, std::vector<YamlFault>& faults) : source_(source), faults_(faults) {}
 
   [[nodiscard]] std::unique_ptr<YamlNode> take_root() { return std::move(root_); }
+  [[nodiscard]] bool has_quotes() const { return has_quotes_; }
 
   void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
   void OnDocumentEnd() override {}
@@ -32,13 +35,14 @@ class TreeBuilder : public YAML::EventHandler {
   void OnNull(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { add(Kind::kNull, mark, ""); }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
-    faults_.push_back({place_of(mark), "", "aliases are not read here: write the value out"});
+    faults_.push_back({place_of(mark), "", kNoAliases});
     add(Kind::kNull, mark, "");
   }
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t /*anchor*/,
                 const std::string& value) override {
     add(Kind::kScalar, mark, tag).text = value;
+    has_quotes_ = has_quotes_ || tag == "!";
   }
 
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t /*anchor*/,
@@ -89,6 +93,7 @@ class TreeBuilder : public YAML::EventHandler {
   std::size_t source_;
   std::vector<YamlFault>& faults_;
   std::unique_ptr<YamlNode> root_;
+  bool has_quotes_ = false;
   std::vector<YamlNode*> open_;
 };
 
@@ -141,14 +146,20 @@ std::unique_ptr<YamlNode> read_yaml(const std::string& text, std::size_t source,
     YAML::Parser parser(stream);
     parser.HandleNextDocument(builder);
     std::unique_ptr<YamlNode> root = builder.take_root();
+    if (const auto open = builder.has_quotes() ? unclosed_quotes(text) : std::nullopt) {
+      faults.push_back({{source, open->line, open->column}, "", open->message});
+      return nullptr;
+    }
     if (parser.HandleNextDocument(builder)) {
-      faults.push_back({builder.take_root()->place, "", "a second document is not read"});
+      faults.push_back({builder.take_root()->place, "", "a second document is not read: leave out the line '---'"});
+      return nullptr;
     }
     if (root) report_faults(*root, "", faults);
     return root;
   } catch (const YAML::Exception& error) {
     const YAML::Mark mark = error.mark.is_null() ? YAML::Mark() : error.mark;
-    faults.push_back({{source, mark.line + 1, mark.column + 1}, "", error.msg});
+    const SyntaxFault fault = syntax_fault(text, mark.line + 1, mark.column + 1, error.msg);
+    faults.push_back({{source, fault.line, fault.column}, "", fault.message});
     return nullptr;
   }
 }

@@ -52,8 +52,8 @@ struct YamlFault {
 [[nodiscard]] std::string item_path(std::string_view path, std::size_t index);
 
 /// Reads one YAML document. Beyond broken syntax, doubled keys, keys that are no words, aliases, tags, a second
-/// document and texts that are no line of printable UTF-8 are faults, added to `faults`. Null if there is no document
-/// or its syntax is broken.
+/// document and texts that are no line of printable UTF-8 are faults, added to `faults`. Null if there is no document,
+/// or a second one, or its syntax is broken.
 [[nodiscard]] std::unique_ptr<YamlNode> read_yaml(const std::string& text, std::size_t source,
                                                   std::vector<YamlFault>& faults);
 

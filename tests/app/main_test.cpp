@@ -227,55 +227,6 @@ TEST(Program, RunsWhatASceneNeeds) {
   EXPECT_NE(summary.at("parts").dump().find("left out: muscles (control.muscles)"), std::string::npos) << run.text;
 }
 
-struct BadInput {
-  const char* what;
-  const char* arguments;
-  int code;
-  const char* message;
-};
-
-class ProgramRefuses : public testing::TestWithParam<BadInput> {};
-
-TEST_P(ProgramRefuses, WithOneClearErrorAndWritesNothing) {
-  const fs::path out = fs::path(THENAR_TEST_OUTPUT) / (std::string("refused ") + GetParam().what);
-  fs::remove_all(out);
-  const Outcome run =
-      thenar_program("run " + config("box_grasp.yaml") + " --out '" + out.string() + "' " + GetParam().arguments);
-  EXPECT_EQ(run.code, GetParam().code);
-  EXPECT_NE(run.text.find(GetParam().message), std::string::npos) << run.text;
-  EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << run.text;
-  EXPECT_FALSE(fs::exists(out));
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Input, ProgramRefuses,
-    testing::Values(BadInput{"unknown key", "--set contact.frcition=0.5", 2, "did you mean 'contact.friction'"},
-                    BadInput{"wrong unit", "--set 'object.mass=100 mm'", 2, "object.mass"},
-                    BadInput{"missing unit", "--set object.mass=100", 2, "object.mass"},
-                    BadInput{"negative mass", "--set 'object.mass=-100 g'", 2, "must be greater than zero"},
-                    BadInput{"zero step", "--set 'time.step=0 ms'", 2, "time.step"},
-                    BadInput{"a rate for a period", "--set 'time.control_period=0 Hz'", 2, "time.control_period"},
-                    BadInput{"short period", "--set 'time.control_period=0.5 ms'", 2, "must not be shorter"},
-                    BadInput{"zero area", "--set 'object.shape={box: [0 mm, 50 mm, 50 mm]}'", 2, "object.shape.box"},
-                    BadInput{"missing hand", "--set hand.model=nowhere.yaml", 3,
-                             "--set hand.model: nowhere.yaml: no such file"},
-                    BadInput{"missing cloud",
-                             "--set 'object={shape: {cloud: nowhere.ply}, mass: 100 g, position: [0 m, 0 m, 0 m], "
-                             "rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], damping: {translation: 10 "
-                             "N*s/m, rotation: 0.005 N*m*s}}'",
-                             3, "nowhere.ply"}),
-    [](const auto& test) {
-      std::string name = test.param.what;
-      std::replace(name.begin(), name.end(), ' ', '_');
-      return name;
-    });
-
-TEST(Program, RefusesAMissingScene) {
-  const Outcome run = thenar_program("run nowhere.yaml");
-  EXPECT_EQ(run.code, 3);
-  EXPECT_NE(run.text.find("nowhere.yaml: no such file"), std::string::npos) << run.text;
-}
-
 // What the README shows is what is built and run.
 /// A scan of the box: its samples with measurement noise on points and normals.
 PointCloud scanned_box() {

@@ -31,11 +31,11 @@ TEST(Program, NamesAnUnknownCommandAndTheNearest) {
   EXPECT_NE(slip.text.find("thenar --help"), std::string::npos) << slip.text;
   const Outcome none = thenar_program("list configs");
   EXPECT_EQ(none.code, 2);
-  EXPECT_NE(none.text.find("'list' is no command\n"), std::string::npos) << none.text;
+  EXPECT_NE(none.text.find("'list' is no command; "), std::string::npos) << none.text;
   const Outcome renamed = thenar_program("profile " + config("minimal.yaml") + " --floor");
   EXPECT_EQ(renamed.code, 2);
   EXPECT_EQ(renamed.text,
-            "thenar: 'profile' is no command: profile is run --realtime now\n`thenar --help` lists all commands.\n");
+            "thenar: 'profile' is no command: profile is run --realtime now; `thenar --help` lists all commands\n");
   const Outcome nothing = thenar_program("");
   EXPECT_EQ(nothing.code, 2);
   EXPECT_NE(nothing.text.find("name a command"), std::string::npos) << nothing.text;

@@ -26,7 +26,7 @@ void put(const fs::path& file, const std::string& text) { std::ofstream(file, st
 std::string fault_of_reading(const fs::path& file) {
   try {
     static_cast<void>(read_file(file));
-  } catch (const ReadError& error) {
+  } catch (const FileError& error) {
     return error.what();
   }
   return "";
@@ -46,6 +46,24 @@ TEST(Files, OnlyARegularFileIsRead) {
   bytes.back() = 'x';
   put(folder / "zeros", bytes);
   EXPECT_EQ(read_file(folder / "zeros"), bytes);
+}
+
+// What downloads leave in the place of a file.
+TEST(Files, WhatIsAnotherFileIsNamed) {
+  const fs::path file = scratch() / "box.obj";
+  const auto fault = [&](const std::string& bytes) {
+    put(file, bytes);
+    return fault_of_reading(file).substr(file.string().size());
+  };
+  EXPECT_EQ(fault("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n"),
+            ": is a pointer of Git LFS, not the file itself: `git lfs pull` fetches that");
+  for (const char* page : {"<!DOCTYPE html><html></html>", "<!doctype HTML>\n", "<html lang=\"en\">"}) {
+    EXPECT_EQ(fault(page), ": is a web page, not the file that it shows: download that one") << page;
+  }
+  EXPECT_EQ(fault("\x1F\x8B\x08 bytes"), ": is packed by gzip: unpack it first");
+  EXPECT_EQ(fault("PK\x03\x04 bytes"), ": is a zip archive, as 3MF files are, too: unpack it first");
+  put(file, "<mujoco>");
+  EXPECT_EQ(fault_of_reading(file), "");
 }
 
 TEST(Files, KeptFilesStayAsTheyWere) {

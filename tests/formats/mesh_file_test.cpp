@@ -143,7 +143,8 @@ TEST(MeshFile, RefusesWhatIsNoClosedSurface) {
             "sheets a thickness");
   EXPECT_EQ(read(obj_box(0), "box.obj").fault,
             "box.obj: has no faces; points alone are read from .ply, .xyz and .pcd files");
-  EXPECT_EQ(read("o box\n", "box.obj").fault, "box.obj: has no faces");
+  EXPECT_EQ(read("o box\n", "box.obj").fault,
+            "box.obj: has neither vertices nor faces: it is another kind of file than its name says");
   EXPECT_EQ(read("OFF\n3 1 3\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", "flat.off").fault, "flat.off: its faces have no area");
 }
 
@@ -163,8 +164,8 @@ TEST(MeshFile, RefusesBrokenFiles) {
     std::string bytes = off_box();
     return read(bytes.replace(bytes.find(from), from.size(), to), "box.off").fault;
   };
-  EXPECT_EQ(read("", "box.off").fault, "box.off: not an OFF file");
-  EXPECT_EQ(read("solid\n", "box.off").fault, "box.off: not an OFF file");
+  EXPECT_EQ(read("", "box.off").fault, "box.off: is no OFF file: it does not begin with 'OFF'");
+  EXPECT_EQ(read("solid\n", "box.off").fault, "box.off: is no OFF file: it does not begin with 'OFF'");
   EXPECT_EQ(read("OFF\n", "box.off").fault, "box.off: line 1: the file is truncated: it ends here");
   EXPECT_EQ(off("8 6 12", "4000000000 6 12"),
             "box.off: the file is truncated: it cannot hold 4000000000 vertices and 6 faces");

@@ -72,7 +72,7 @@ TEST(PcdFile, RefusesWrongPcd) {
   EXPECT_EQ(fault_of(with("VERSION", "VERSOIN")),
             "scan: line 2: 'VERSOIN' is not expected in the header of a PCD file");
   EXPECT_EQ(fault_of(with("WIDTH 2", "WIDTH two")), "scan: line 7: WIDTH must be one whole number");
-  EXPECT_EQ(fault_of(with("WIDTH 2", "WIDTH 3")), "scan: POINTS is not WIDTH times HEIGHT");
+  EXPECT_EQ(fault_of(with("WIDTH 2", "WIDTH 3")), "scan: POINTS is 2, and WIDTH times HEIGHT 3: they must be the same");
   EXPECT_EQ(fault_of(with("COUNT 1 ", "COUNT ")), "scan: COUNT must have one number for each of FIELDS");
   EXPECT_EQ(fault_of(with("COUNT 1 ", "COUNT 99999999999 ")), "scan: COUNT makes more than 10000 values of a line");
   EXPECT_EQ(fault_of("FIELDS x y z\nWIDTH 4294967296\nHEIGHT 4294967297\nDATA ascii\n1 2 3\n"),

@@ -43,12 +43,12 @@ std::string fault_of(const std::string& bytes, const std::string& name, double u
 TEST(PointCloudFile, RefusesSizesThatMakeNoSense) {
   EXPECT_EQ(fault_of(cube(0.04), "mug.xyz"), "");
   EXPECT_EQ(fault_of(cube(40), "mug.xyz"),
-            "is 40 m wide, where 1 mm to 2 m make sense: are its units mm? write unit: mm");
+            "is 40 m wide, where 1 mm to 2 m make sense: are its units mm? write unit: mm, or --unit mm");
   EXPECT_EQ(fault_of(cube(40), "mug.xyz", 1e-3), "");
   EXPECT_EQ(fault_of(cube(2e5), "mug.xyz"),
-            "is 2e+05 m wide, where 1 mm to 2 m make sense: are its units um? write unit: um");
+            "is 2e+05 m wide, where 1 mm to 2 m make sense: are its units um? write unit: um, or --unit um");
   EXPECT_EQ(fault_of(cube(0.04), "mug.xyz", 1e-3),
-            "is 40 um wide, where 1 mm to 2 m make sense: are its units m? write unit: m");
+            "is 40 um wide, where 1 mm to 2 m make sense: are its units m? write unit: m, or --unit m");
   EXPECT_EQ(fault_of(cube(1e12), "mug.xyz"), "is 1e+12 m wide, where 1 mm to 2 m make sense");
 }
 
@@ -56,7 +56,7 @@ TEST(PointCloudFile, GoesByTheEndingOfTheName) {
   const std::string text = cube(0.04, "# a cube\n");
   EXPECT_EQ(fault_of(text, "cube.xyz"), "");
   EXPECT_EQ(fault_of(text, "cube.XYZ"), "");
-  EXPECT_EQ(fault_of(text, "cube.ply"), "not a PLY file");
+  EXPECT_EQ(fault_of(text, "cube.ply"), "is no PLY file: its first line is not 'ply'");
   EXPECT_EQ(fault_of(text, "cube.pcd").substr(0, 7), "line 2:");
   EXPECT_EQ(fault_of(text, "cube.txt"), "");
   EXPECT_EQ(fault_of(text, "cube.las"),
@@ -93,8 +93,8 @@ TEST(PointCloudFile, SaysWhatAFileIs) {
     EXPECT_EQ(fault_of(std::string(200, '\0'), name), "the file is empty");
     EXPECT_EQ(fault_of(page, name), "is a web page, not the file that it shows: download that one");
     EXPECT_EQ(fault_of("\xEF\xBB\xBF\n" + page, name), "is a web page, not the file that it shows: download that one");
-    EXPECT_EQ(fault_of(pointer, name), "is a pointer of Git LFS, not the file: fetch that one by git lfs pull");
-    EXPECT_EQ(fault_of("\x1F\x8B\x08 and what it packs", name), "is compressed by gzip: unpack it first");
+    EXPECT_EQ(fault_of(pointer, name), "is a pointer of Git LFS, not the file itself: `git lfs pull` fetches that");
+    EXPECT_EQ(fault_of("\x1F\x8B\x08 and what it packs", name), "is packed by gzip: unpack it first");
     EXPECT_TRUE(fault_of("PK\x03\x04 and what it packs", name).starts_with("is a zip archive"));
     EXPECT_TRUE(fault_of("ISO-10303-21;\nHEADER;\n", name).starts_with("is a STEP file"));
   }

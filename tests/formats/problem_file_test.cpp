@@ -177,9 +177,9 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   const fs::path file = scratch() / "broken.json";
   const auto data = [](const char* name) { return read(fs::path(THENAR_TEST_DATA) / "small" / name); };
   const std::string text = data("12_two_contacts_rank5.json");
-  expect_refused(file, text.substr(0, text.size() / 2), "parse error at line");
-  expect_refused(file, text + "x", "parse error at line");
-  expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": NaN, \"x\": 0.9"), "parse error at line 3");
+  expect_refused(file, text.substr(0, text.size() / 2), ": is no JSON: ");
+  expect_refused(file, text + "x", ": is no JSON: ");
+  expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": NaN, \"x\": 0.9"), "line 3, column ");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": 1e999, \"x\": 0.9"), "number overflow");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": -0.9"), "key 'mu': must lie within 0 .. 1e6");
   expect_refused(file, replaced(text, "\"mu\": 0.9", "\"mu\": 0.8"), "key 'A': contradicts");
@@ -212,7 +212,7 @@ TEST(ProblemFile, RefusesBrokenSmallFiles) {
   expect_refused(file, replaced(text, "\"P1\"", "\"P2\""), "key 'H': is missing");
   expect_refused(file, "[1, 2]", "must be a JSON object");
   expect_refused(file, "{}", "key 'problem': is missing");
-  expect_refused(file, "", "parse error at line 1");
+  expect_refused(file, "", "line 1, column 1: is no JSON");
   expect_refused(file, R"({"problem": "LCP", "M": [[1, 0]], "q": [1]})", "key 'M': must have as many rows as columns");
   expect_refused(file, R"({"problem": "LCP", "M": [[1, 0], [1]], "q": [1, 1]})", "key 'M[1]': must be a list of 2");
   expect_refused(file, R"({"problem": "LCP", "M": [], "q": []})", "key 'M': must be a list of rows of numbers");

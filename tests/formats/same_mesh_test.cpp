@@ -293,7 +293,7 @@ TEST(SameMesh, RefusesBrokenGltf) {
   EXPECT_TRUE(with(version, version + ", \"extensionsUsed\": [\"EXT_mesh_gpu_instancing\"]")
                   .starts_with("a.gltf: has copies of meshes"));
   EXPECT_TRUE(with("\"POSITION\": 1", "\"POSITION\": \"one\"").starts_with("a.gltf: is broken: "));
-  EXPECT_EQ(fault_of("{", "a.gltf"), "a.gltf: is no glTF file");
+  EXPECT_EQ(fault_of("{", "a.gltf"), "a.gltf: is no glTF file: its JSON is broken at byte 2");
 }
 
 }  // namespace

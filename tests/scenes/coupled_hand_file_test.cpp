@@ -93,9 +93,9 @@ TEST(CoupledHandFile, ASceneHasNoAngleForIt) {
     return "";
   };
   EXPECT_EQ(said("[0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0.7 rad, 1.4 rad, 0 rad, 0 rad, 0 rad, 0 rad]"),
-            "--set hand.posture: must be a list of 11 values, not 12");
+            "--set hand.posture: must be a list of 11 values, one for each joint, not 12");
   EXPECT_NE(said("[0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0 rad, 0.8 rad, 0 rad, 0 rad, 0 rad, 0 rad]")
-                .find("(I_PIP_FE) must lie within 0.000000 .. 0.785400 rad"),
+                .find("(I_PIP_FE) is 0.8 rad and must lie within 0 .. 0.7854 rad, 0 .. 45 deg"),
             std::string::npos);
 }
 

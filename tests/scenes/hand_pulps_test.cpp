@@ -50,6 +50,8 @@ TEST(HandFile, TellsOneFaultOnce) {
                 ":31:28: fingertips[1].segment: no segment is named 'I_dital', did you mean 'I_distal'?");
   EXPECT_EQ(refusal("finger: thumb", "finger: index"),
             (scratch() / "hand.yaml").string() + ":31:12: fingertips[1].finger: is there twice: 'thumb'");
+  EXPECT_EQ(refusal("name: T_CMC_FE", "name: T_CMC_AA"),
+            (scratch() / "hand.yaml").string() + ":8:10: joints[1].name: is there twice: 'T_CMC_FE'");
 }
 
 // The first file of a process, too; and what is wrong once is one fault.

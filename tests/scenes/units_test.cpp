@@ -89,6 +89,10 @@ TEST(Config, RefusesWhatIsNoQuantity) {
   EXPECT_EQ(fault_of("-.inf", kLength), "-.inf is not a finite number");
   EXPECT_EQ(fault_of("1e999 m", kLength), "1e999 m is not a finite number");
   EXPECT_EQ(fault_of("1e308 MPa", kPressure), "1e308 MPa is not a finite number");
+  EXPECT_EQ(fault_of("0,5 mm", kLength), "0,5 mm is not a length: the mark in a number is '.', not ','");
+  EXPECT_EQ(fault_of("0,5", kNone), "0,5 must be a plain number: the mark in a number is '.', not ','");
+  EXPECT_EQ(fault_of("\u22125 mm", kLength), "'\u22125 mm' is not a length: its minus is a dash, write '-'");
+  EXPECT_EQ(fault_of("5\u00A0mm", kLength), "5\u00A0mm is not a length: its blank is a no-break space, write a blank");
   EXPECT_EQ(fault_of("[1 m]", kLength), "must be a length, not a list");
   EXPECT_EQ(fault_of("{a: 1 m}", kLength), "must be a length, not a map");
 }

@@ -20,7 +20,8 @@ TEST(Config, RefusesWhatIsNoPlainYaml) {
   EXPECT_EQ(faults(table, "", read), (Lines{"1:1: the file is empty"}));
   EXPECT_EQ(faults(table, "# nothing\n", read), (Lines{"1:1: the file is empty"}));
   EXPECT_EQ(faults(table, "- 1\n", read), (Lines{"1:1: must be a map of keys and values, not a list"}));
-  EXPECT_EQ(faults(table, "a: 1\n---\na: 2\n", read), (Lines{"3:1: a second document is not read"}));
+  EXPECT_EQ(faults(table, "a: 1\n---\na: 2\n", read),
+            (Lines{"3:1: a second document is not read: leave out the line '---'"}));
   EXPECT_EQ(faults(table, "a: &x 1\nb: *x\n", read),
             (Lines{"2:1: b: unknown key", "2:4: aliases are not read here: write the value out"}));
   EXPECT_EQ(faults(table, "a: !!float 1\n", read),
