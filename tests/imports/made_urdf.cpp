@@ -71,7 +71,7 @@ MadeHand urdf(Dice& dice, bool mimics) {
   MadeHand made;
   std::string text =
       "<?xml version='1.0'?>\n<robot name='hand'>\n<mujoco><compiler fusestatic='false' discardvisual='true' "
-      "inertiafromgeom='false' boundmass='1e-9' boundinertia='1e-9'/></mujoco>\n";
+      "inertiafromgeom='false' boundmass='1e-13' boundinertia='1e-13'/></mujoco>\n";
   text += link(dice, "base") + link(dice, "wrist") + link(dice, "palm");
   text += joint("wrist_j", dice.one_of({"fixed", "revolute", "prismatic"}), "base", "wrist",
                 origin(dice, {0.1, 0, 0}, 1.0) + "<axis xyz='0 0 1'/>" + limit(-0.1, 0.2));
