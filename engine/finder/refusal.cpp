@@ -192,7 +192,7 @@ std::string unturned_joints(const Hand& hand, const MuscleProblem& problem) {
   for (std::size_t i = 0; i < std::min(kMost, lacking.size()); ++i) {
     text += (i == 0 ? "no muscle turns " : ", nor ") + needed_turn(hand, lacking[i], problem.tau[lacking[i]]);
   }
-  return lacking.size() > kMost ? text + ", nor " + number(static_cast<double>(lacking.size() - kMost)) + " others"
+  return lacking.size() > kMost ? text + ", nor " + number(static_cast<double>(lacking.size() - kMost)) + " more"
                                 : text;
 }
 
