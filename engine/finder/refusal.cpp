@@ -178,7 +178,7 @@ std::string needed_turn(const Hand& hand, Index i, double torque_Nm) {
          ", where " + number(std::abs(torque_Nm), 3) + " N m are needed";
 }
 
-/// Describes the joints that no muscle turns the way of their torques, the largest ones first. Nothing if there are none.
+/// Describes the joints that no muscle turns the way of their torques, the largest first. Nothing if there are none.
 std::string unturned_joints(const Hand& hand, const MuscleProblem& problem) {
   constexpr double kArm_m = 1e-7, kTorque_Nm = 5e-4;  // Smaller ones would be printed as zero.
   constexpr std::size_t kMost = 3;
