@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <sstream>
@@ -170,6 +171,31 @@ std::string help_of_margin(const FinderProblem& problem) {
   return "more friction, or more press";
 }
 
+/// A joint, the limit to which its torque turns it, and the torque.
+std::string needed_turn(const Hand& hand, Index i, double torque_Nm) {
+  const Joint& joint = hand.joints[static_cast<std::size_t>(i)];
+  return joint.name + " towards its limit of " + degrees(torque_Nm > 0.0 ? joint.upper_rad : joint.lower_rad) +
+         ", where " + number(std::abs(torque_Nm), 3) + " N m are needed";
+}
+
+/// Describes the joints that no muscle turns the way of their torques, the largest first. Nothing if there are none.
+std::string unturned_joints(const Hand& hand, const MuscleProblem& problem) {
+  constexpr double kArm_m = 1e-7, kTorque_Nm = 5e-4;  // Smaller ones would be printed as zero.
+  constexpr std::size_t kMost = 3;
+  std::vector<Index> lacking;
+  for (Index i = 0; i < problem.tau.size(); ++i) {
+    const double sign = problem.tau[i] > 0.0 ? 1.0 : -1.0;
+    if (std::abs(problem.tau[i]) >= kTorque_Nm && (sign * problem.H.row(i)).maxCoeff() < kArm_m) lacking.push_back(i);
+  }
+  std::ranges::sort(lacking, std::greater{}, [&](Index i) { return std::abs(problem.tau[i]); });
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, lacking.size()); ++i) {
+    text += (i == 0 ? "no muscle turns " : ", nor ") + needed_turn(hand, lacking[i], problem.tau[lacking[i]]);
+  }
+  return lacking.size() > kMost ? text + ", nor " + number(static_cast<double>(lacking.size() - kMost)) + " more"
+                                : text;
+}
+
 /// Describes the torque, of those that no muscle forces give, that is largest: `l` are joint velocities at which the
 /// torques do work and no muscle does. Nothing if there is none.
 std::string lacking_torque(const Hand& hand, const MuscleProblem& problem, const JointVector& l) {
@@ -178,16 +204,13 @@ std::string lacking_torque(const Hand& hand, const MuscleProblem& problem, const
   Index worst = 0;
   least_Nm.cwiseAbs().maxCoeff(&worst);
   const double sign = least_Nm[worst] > 0.0 ? 1.0 : -1.0;
-  const Joint& joint = hand.joints[static_cast<std::size_t>(worst)];
   std::string pulling;
   for (Index m = 0; m < problem.H.cols(); ++m) {
     constexpr double kArm_m = 1e-7;
     if (sign * problem.H(worst, m) < kArm_m) continue;
     pulling += (pulling.empty() ? "" : ", ") + hand.muscles[static_cast<std::size_t>(m)].name;
   }
-  const std::string way = "turns " + joint.name + " towards its limit of " +
-                          degrees(sign > 0.0 ? joint.upper_rad : joint.lower_rad) + ", where " +
-                          number(std::abs(least_Nm[worst]), 3) + " N m are needed";
+  const std::string way = "turns " + needed_turn(hand, worst, least_Nm[worst]);
   return pulling.empty() ? "no muscle " + way : "what " + way + " (" + pulling + ") turns other joints too far";
 }
 
@@ -212,7 +235,8 @@ Refusal of_muscles(const FinderProblem& problem, const Hand& hand, const FoundGr
     data.tau = effort.torques_Nm(grasp.q,
                                  check.against(problem.mass_kg * problem.gravity + kPush_N * push, Vector3d::Zero()).f);
     const MuscleReport report = solve_muscle_forces(data, f);
-    if (report.status != MuscleStatus::kOptimal) lack = lacking_torque(hand, data, report.multiplier);
+    if (report.status != MuscleStatus::kOptimal) lack = unturned_joints(hand, data);
+    if (report.status != MuscleStatus::kOptimal && lack.empty()) lack = lacking_torque(hand, data, report.multiplier);
     if (!lack.empty()) break;
   }
   return {

@@ -46,16 +46,26 @@ double muscle_share(const Hand& hand, const Controller& controller) {
   return share;
 }
 
-/// The muscles that were too weak, with the most that each would have had to pull.
+/// The muscles that were too weak, with the most that each would have had to pull when they began to be: what they do
+/// not hold moves away, and then other muscles are asked for forces without bounds. A lack that ends is forgotten.
 class WeaknessWatch {
  public:
-  void see(const ControlReport& control) {
+  void see(const ControlReport& control, double time_s) {
+    constexpr double kSoon_s = 0.02, kEnd_s = 0.05;
     const MuscleLack& lack = control.muscle_lack;
+    if (lack.muscle < 0 && control.muscle != MuscleStatus::kInfeasible) return;
+    if (time_s - last_s_ > kEnd_s) {
+      needed_N_.clear();
+      none_ = false;
+      first_s_ = time_s;
+    }
+    last_s_ = time_s;
+    if (time_s - first_s_ > kSoon_s) return;
     if (lack.muscle >= 0) {
       double& needed_N = needed_N_[lack.muscle];
       needed_N = std::max(needed_N, lack.needed_N);
     } else {
-      none_ |= control.muscle == MuscleStatus::kInfeasible;
+      none_ = true;
     }
   }
 
@@ -81,6 +91,7 @@ class WeaknessWatch {
  private:
   std::map<int, double> needed_N_;
   bool none_ = false;
+  double first_s_ = -1.0, last_s_ = -1.0;
 };
 
 /// The slip of patches that slid as a whole.
@@ -126,7 +137,7 @@ Rehearsal run(const Model& model, Scene& scene, int ticks, bool own_task) {
   for (int t = 0; t < ticks; ++t) {
     if (!own_task) scene.task.push = push_at(scene, t * scene.step_s);
     const ControlReport control = control_tick(model, state, controller, frame);
-    if (scene.has_muscles()) weak.see(control);
+    if (scene.has_muscles()) weak.see(control, t * scene.step_s);
     const TickReport tick = contact_tick(model, frame, memory, work, state);
     if (t == rested) rehearsal.needed_friction = needed_friction(model, tick);
     rehearsal.trouble = slides.see(tick);

@@ -263,6 +263,9 @@ FingerChains find_chains(const BodyTree& tree, const HandRequest& request) {
   for (const TipRequest& tip : request.tips) {
     if (!fingers.insert(tip.finger).second) refuse_at("--tips " + tip.text, "", "this finger is there twice");
     chains.tips.push_back(place_of(tree, tip.place, "--tips " + tip.text));
+    if (chains.tips.back().is_site && index_of_name(tree.bodies, tip.place) >= 0) {
+      chains.notes.push_back(fmt::format("'{}' is the site of this name: a body has it too", tip.place));
+    }
     paths.push_back(path_to(tree, chains.tips.back().body));
   }
   const TipPlace base = request.base.empty() ? TipPlace{-1, Isometry3d::Identity(), false}

@@ -5,18 +5,30 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/formats/byte_source.h"
+#include "engine/imports/mjcf_actuator.h"
+
 namespace thenar {
 
 namespace {
 
 constexpr std::size_t kMostElements = 10'000;  // Each has up to kMostXmlAttributes.
 
+/// Returns numbers with those of the class that they do not reach to: MuJoCo takes fewer of these attributes.
+std::string continued(const std::string& attribute, const std::string& value, const std::string& of_class) {
+  if (attribute != "size" && attribute != "gear") return value;
+  const std::vector<std::string_view> own = words_of(value), all = words_of(of_class);
+  std::string whole = value;
+  for (std::size_t i = own.size(); i < all.size(); ++i) whole += " " + std::string(all[i]);
+  return whole;
+}
+
 /// Copies the attributes of `from`, which take precedence.
 void overwrite(XmlElement& element, const XmlElement& from) {
   for (const auto& [attribute, value] : from.attributes) {
     const auto own = std::ranges::find(element.attributes, attribute, &std::pair<std::string, std::string>::first);
     if (own != element.attributes.end()) {
-      own->second = value;
+      own->second = continued(attribute, value, own->second);
       continue;
     }
     if (element.attributes.size() == kMostXmlAttributes) {
@@ -66,10 +78,11 @@ void MjcfDefaults::read(const XmlElement& section, Class& into) {
   for (const XmlElement& element : section.children) {
     if (element.name == "default") continue;
     if (++elements_ > kMostElements) refuse(element, fmt::format("is beyond {} elements of defaults", kMostElements));
-    const auto [own, is_new] = into.elements.try_emplace(element.name);
-    const XmlElement* const outer = is_new && into.outer != nullptr ? into.outer->find(element.name) : nullptr;
+    const std::string kind = is_actuator(element.name) ? "general" : element.name;
+    const auto [own, is_new] = into.elements.try_emplace(kind);
+    const XmlElement* const outer = is_new && into.outer != nullptr ? into.outer->find(kind) : nullptr;
     if (outer != nullptr) own->second = *outer;
-    overwrite(own->second, element);
+    overwrite(own->second, is_actuator(element.name) ? as_general(element) : element);
   }
   for (const XmlElement& inner : section.children) {
     if (inner.name != "default") continue;
@@ -80,17 +93,25 @@ void MjcfDefaults::read(const XmlElement& section, Class& into) {
   }
 }
 
-XmlElement MjcfDefaults::completed(const XmlElement& element, const std::string& childclass) const {
+XmlElement MjcfDefaults::completed(const XmlElement& element, const std::string& childclass,
+                                   const std::string& kind) const {
   const std::string* const own = element.find("class");
   const std::string& name = own != nullptr ? *own : childclass.empty() ? first_ : childclass;
   const auto found = classes_.find(name);
   if (found == classes_.end()) refuse(element, fmt::format("no class is named '{}'", name));
   XmlElement whole;
-  if (const XmlElement* const defaults = found->second->find(element.name)) whole.attributes = defaults->attributes;
+  if (const XmlElement* const defaults = found->second->find(kind.empty() ? element.name : kind)) {
+    whole.attributes = defaults->attributes;
+  }
   whole.name = element.name;
   whole.place = element.place;
   overwrite(whole, element);
   return whole;
+}
+
+bool MjcfDefaults::limits(const XmlElement& element, std::string_view limited, std::string_view range) const {
+  const std::string says = element.text(limited);
+  return says == "true" || (says != "false" && element.find(range) != nullptr && compiler("autolimits") != "false");
 }
 
 std::string MjcfDefaults::compiler(std::string_view setting) const { return compiler_.text(setting); }

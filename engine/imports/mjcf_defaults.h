@@ -17,8 +17,13 @@ class MjcfDefaults {
   explicit MjcfDefaults(const XmlElement& mujoco);
 
   /// Returns the element with missing attributes set by its class, else by `childclass`, else by the file's first
-  /// class. Throws ConfigError for an unknown class.
-  [[nodiscard]] XmlElement completed(const XmlElement& element, const std::string& childclass) const;
+  /// class. `kind` is its name in classes, where that is another one: tendon, equality, general. Throws ConfigError for
+  /// an unknown class.
+  [[nodiscard]] XmlElement completed(const XmlElement& element, const std::string& childclass,
+                                     const std::string& kind = {}) const;
+
+  /// Tests whether a range of a completed element holds, by its attribute of limits or by the compiler's autolimits.
+  [[nodiscard]] bool limits(const XmlElement& element, std::string_view limited, std::string_view range) const;
 
   /// Returns a setting of the compiler; empty if the file does not have it.
   [[nodiscard]] std::string compiler(std::string_view setting) const;

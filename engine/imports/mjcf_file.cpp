@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
+#include "engine/formats/text.h"
 #include "engine/imports/mjcf_defaults.h"
 #include "engine/imports/mjcf_geom.h"
 #include "engine/imports/mjcf_include.h"
@@ -28,12 +30,13 @@ constexpr std::size_t kMostBodies = 10'000;
 struct Reader {
   const MjcfDefaults& defaults;
   MjcfAngles angles;
-  bool limits_by_range = true;
   std::string inertia_from_geoms = "auto";
   std::array<double, 2> inertia_groups{0.0, 5.0};  ///< First and last group of the geoms that have mass, inclusive.
   double least_mass_kg = 0.0;                      ///< Of every body but the world.
+  double total_mass_kg = 0.0;                      ///< To which all masses are scaled, if positive.
   BodyTree& tree;
   int weightless_meshes = 0;
+  int centred_meshes = 0;  ///< Geoms of a stated mass whose centre is in a mesh file.
 };
 
 /// The place of an element: its body, and the frame in it.
@@ -45,9 +48,7 @@ struct Within {
 
 TreeJoint read_joint(const Reader& reader, const XmlElement& element, const Within& within) {
   TreeJoint joint;
-  const TreeBody& body = reader.tree.bodies[within.body];
   joint.name = element.text("name");
-  if (joint.name.empty()) joint.name = fmt::format("{}_joint{}", body.name, body.joints.size() + 1);
   joint.place = element.place;
   const std::string type = element.name == "freejoint"       ? "free"
                            : element.find("type") != nullptr ? element.text("type")
@@ -64,8 +65,7 @@ TreeJoint read_joint(const Reader& reader, const XmlElement& element, const With
   const double unit = joint.kind == TreeJointKind::kHinge ? reader.angles.unit_rad : 1.0;
   joint.reference = unit * number(element, "ref").value_or(0.0);
   const auto range = numbers(element, "range", 2, 2);
-  const std::string limited = element.text("limited");
-  const bool is_limited = limited == "true" || (limited != "false" && range && reader.limits_by_range);
+  const bool is_limited = reader.defaults.limits(element, "limited", "range");
   if (is_limited && range && (*range)[0] > (*range)[1]) {
     refuse(element, fmt::format("range: its lower end comes first: '{}'", element.text("range")));
   }
@@ -88,6 +88,7 @@ struct Weights {
   double mass_kg = 0.0;
   Vector3d moment = Vector3d::Zero();
   int unknown = 0;  ///< Geoms whose mass the file does not say.
+  int centred = 0;  ///< Geoms whose mass it says, and not the centre.
 };
 
 void add_geom(const Reader& reader, const XmlElement& element, const Within& within, Weights& weights) {
@@ -98,6 +99,7 @@ void add_geom(const Reader& reader, const XmlElement& element, const Within& wit
     weights.mass_kg += mass_kg;
     weights.moment += mass_kg * geom.X_BG.translation();
     weights.unknown += geom.mass_kg ? 0 : 1;
+    weights.centred += geom.type == "mesh" && mass_kg > 0.0 ? 1 : 0;
   }
   if (geom.round) reader.tree.bodies[within.body].rounds.push_back(*geom.round);
   const bool is_cylinder = geom.type == "cylinder";
@@ -111,6 +113,7 @@ void read_parts(Reader& reader, const XmlElement& holder, const Within& within, 
                 const XmlElement** inertial, std::vector<std::pair<const XmlElement*, Within>>& inner) {
   for (const XmlElement& child : holder.children) {
     const std::string& name = child.name;
+    expect_one_orientation(child);
     if (name == "joint" || name == "freejoint") {
       if (within.body == 0) refuse(child, "the world has no joints");
       const TreeJoint joint = read_joint(reader, reader.defaults.completed(child, within.childclass), within);
@@ -141,7 +144,6 @@ void read_body(Reader& reader, const XmlElement& element, const Within& parent) 
   within.childclass = element.find("childclass") != nullptr ? element.text("childclass") : parent.childclass;
   TreeBody& body = reader.tree.bodies.emplace_back();
   body.name = element.text("name");
-  if (body.name.empty()) body.name = fmt::format("body{}", within.body);
   body.place = element.place;
   body.parent = parent.body;
   body.X_PB = parent.X_BF * pose_of(element, reader.angles);
@@ -157,6 +159,7 @@ void read_body(Reader& reader, const XmlElement& element, const Within& parent) 
     whole.mass_kg = weights.mass_kg;
     if (weights.mass_kg > 0.0) whole.com_m = weights.moment / weights.mass_kg;
     reader.weightless_meshes += weights.unknown;
+    reader.centred_meshes += weights.centred;
   } else if (inertial != nullptr) {
     whole.mass_kg = number(*inertial, "mass").value_or(0.0);
     if (whole.mass_kg < 0.0) refuse(*inertial, "mass: must not be negative");
@@ -171,12 +174,11 @@ void read_compiler(const XmlElement& mujoco, const MjcfDefaults& defaults, Reade
   XmlElement compiler;
   compiler.name = "compiler";
   compiler.place = mujoco.place;
-  for (const char* setting : {"inertiagrouprange", "boundmass"}) {
+  for (const char* setting : {"inertiagrouprange", "boundmass", "settotalmass"}) {
     if (const std::string text = defaults.compiler(setting); !text.empty()) {
       compiler.attributes.emplace_back(setting, text);
     }
   }
-  reader.limits_by_range = defaults.compiler("autolimits") != "false";
   if (const std::string inertia = defaults.compiler("inertiafromgeom"); !inertia.empty()) {
     reader.inertia_from_geoms = inertia;
   }
@@ -184,8 +186,52 @@ void read_compiler(const XmlElement& mujoco, const MjcfDefaults& defaults, Reade
     reader.inertia_groups = {(*groups)[0], (*groups)[1]};
   }
   reader.least_mass_kg = number(compiler, "boundmass").value_or(0.0);
+  reader.total_mass_kg = number(compiler, "settotalmass").value_or(0.0);
   if (defaults.compiler("coordinate") == "global") {
     refuse(mujoco, "coordinate: places must be local, as the format has them since MuJoCo 2.3.3");
+  }
+}
+
+void note_meshes(const Reader& reader) {
+  std::vector<std::string>& notes = reader.tree.notes;
+  if (reader.weightless_meshes > 0) {
+    notes.push_back(
+        fmt::format("masses of {} geoms without one, such as meshes, are left out", reader.weightless_meshes));
+  }
+  if (reader.centred_meshes > 0) {
+    notes.push_back(fmt::format("{}: centres of mass are taken at their places, for mesh files are not read",
+                                counted(reader.centred_meshes, "mesh with a mass")));
+  }
+}
+
+void set_total_mass(Reader& reader) {
+  if (!(reader.total_mass_kg > 0.0)) return;
+  double sum_kg = 0.0;
+  for (const TreeBody& body : reader.tree.bodies) sum_kg += body.mass_kg;
+  if (reader.weightless_meshes > 0 || !(sum_kg > 0.0)) {
+    reader.tree.notes.emplace_back("masses are as written: settotalmass is left out where some are not known");
+    return;
+  }
+  for (TreeBody& body : reader.tree.bodies) body.mass_kg *= reader.total_mass_kg / sum_kg;
+}
+
+/// Names bodies and joints without a name by their place, other than those that have one.
+void name_the_nameless(BodyTree& tree) {
+  std::set<std::string> taken;
+  for (const TreeBody& body : tree.bodies) taken.insert(body.name);
+  const auto new_name = [&](std::string name) {
+    while (!taken.insert(name).second) name += "_2";
+    return name;
+  };
+  for (std::size_t b = 1; b < tree.bodies.size(); ++b) {
+    if (tree.bodies[b].name.empty()) tree.bodies[b].name = new_name(fmt::format("body{}", b));
+  }
+  taken.clear();
+  for (const std::string_view name : joint_names(tree)) taken.emplace(name);
+  for (TreeBody& body : tree.bodies) {
+    for (std::size_t j = 0; j < body.joints.size(); ++j) {
+      if (body.joints[j].name.empty()) body.joints[j].name = new_name(fmt::format("{}_joint{}", body.name, j + 1));
+    }
   }
 }
 
@@ -211,7 +257,6 @@ BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file, std::si
   BodyTree tree = empty_tree();
   Reader reader{.defaults = defaults, .angles = angles_of(mujoco, defaults), .tree = tree};
   read_compiler(mujoco, defaults, reader);
-  if (!defaults.compiler("settotalmass").empty()) tree.notes.emplace_back("masses are as written: no settotalmass");
 
   bool has_world = false;
   for (const XmlElement& section : mujoco.children) {
@@ -226,15 +271,14 @@ BodyTree read_mjcf(XmlElement mujoco, const std::filesystem::path& file, std::si
     for (const auto& [child, frame] : inner) read_body(reader, *child, frame);
   }
   if (!has_world) refuse(mujoco, "has no worldbody");
+  name_the_nameless(tree);
   expect_own_names(tree.bodies, "body");
   std::vector<TreeJoint> joints;
   for (const TreeBody& body : tree.bodies) joints.insert(joints.end(), body.joints.begin(), body.joints.end());
   expect_own_names(joints, "joint");
   expect_own_names(tree.sites, "site");
-  if (reader.weightless_meshes > 0) {
-    tree.notes.push_back(
-        fmt::format("masses of {} geoms without one, such as meshes, are left out", reader.weightless_meshes));
-  }
+  note_meshes(reader);
+  set_total_mass(reader);
   read_ties(mujoco, defaults, tree);
   note_left_out(mujoco, tree.notes);
   return tree;

@@ -61,6 +61,9 @@ std::optional<TreeRound> round_of(const MjcfGeom& geom, const Vector3d& size) {
 MjcfGeom read_geom(const XmlElement& element, const MjcfAngles& angles, const Isometry3d& X_BF) {
   MjcfGeom geom;
   geom.type = element.find("type") != nullptr ? element.text("type") : "sphere";
+  if (geom.type != "mesh" && element.find("mesh") != nullptr) {
+    refuse(element, fmt::format("is a {} fitted to a mesh, which is not read: write its size and place", geom.type));
+  }
   Vector3d size = size_of(element, geom.type);
   geom.X_BG = X_BF * pose_of(element, angles);
   if (const auto ends = ends_of(element, geom.type)) {

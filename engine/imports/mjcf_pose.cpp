@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <initializer_list>
 
 namespace thenar {
 
@@ -55,6 +56,10 @@ Matrix3d of_euler(const XmlElement& element, const MjcfAngles& angles) {
   return R;
 }
 
+int ways_of(const XmlElement& element, std::initializer_list<const char*> ways) {
+  return static_cast<int>(std::ranges::count_if(ways, [&](const char* way) { return element.find(way) != nullptr; }));
+}
+
 }  // namespace
 
 MjcfAngles angles_of(const XmlElement& mujoco, const MjcfDefaults& defaults) {
@@ -82,12 +87,17 @@ std::optional<MjcfEnds> ends_of(const XmlElement& element, const std::string& ty
   return found;
 }
 
+void expect_one_orientation(const XmlElement& element) {
+  if (ways_of(element, {"quat", "axisangle", "xyaxes", "zaxis", "euler"}) > 1)
+    refuse(element, "names two orientations");
+}
+
 Isometry3d pose_of(const XmlElement& element, const MjcfAngles& angles) {
   Isometry3d X = Isometry3d::Identity();
   X.translation() = vector3(element, "pos").value_or(Vector3d::Zero());
-  int ways = 0;
-  for (const char* way : {"quat", "axisangle", "xyaxes", "zaxis", "euler"}) ways += element.find(way) != nullptr;
-  if (ways > 1) refuse(element, "names two orientations");
+  if (ways_of(element, {"axisangle", "xyaxes", "zaxis", "euler"}) > 1) {
+    refuse(element, "names an orientation, and its class one of another kind: write both in one kind");
+  }
   if (element.find("quat") != nullptr) X.linear() = of_quaternion(element);
   if (element.find("axisangle") != nullptr) X.linear() = of_axis_and_angle(element, angles);
   if (element.find("xyaxes") != nullptr) X.linear() = of_x_and_y(element);

@@ -27,7 +27,11 @@ struct MjcfEnds {
 /// Nothing if it is missing. Throws ConfigError.
 [[nodiscard]] std::optional<MjcfEnds> ends_of(const XmlElement& element, const std::string& type);
 
-/// Returns the pose by an element's `pos` and one of quat, axisangle, xyaxes, zaxis and euler. Throws ConfigError.
+/// Refuses an element that names two orientations itself, before its class gives it any.
+void expect_one_orientation(const XmlElement& element);
+
+/// Returns the pose by an element's `pos` and one of quat, axisangle, xyaxes, zaxis and euler. Any of the others
+/// replaces `quat`, also where the class names one and the element the other. Throws ConfigError.
 [[nodiscard]] Eigen::Isometry3d pose_of(const XmlElement& element, const MjcfAngles& angles);
 
 }  // namespace thenar

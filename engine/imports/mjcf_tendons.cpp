@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/formats/text.h"
+#include "engine/imports/mjcf_actuator.h"
 
 namespace thenar {
 
@@ -77,10 +78,8 @@ TreeTendon read_spatial(const XmlElement& spatial, const Named& parts) {
 }
 
 /// Whether a fixed tendon has limits or a spring: else it ties joints only by what refers to it. `fixed` is completed.
-bool has_limits_or_spring(const XmlElement& fixed, bool limits_by_range) {
-  const std::string limited = fixed.text("limited");
-  const bool has_range = fixed.find("range") != nullptr && limits_by_range;
-  if (limited == "true" || (limited != "false" && has_range)) return true;
+bool has_limits_or_spring(const XmlElement& fixed, const MjcfDefaults& defaults) {
+  if (defaults.limits(fixed, "limited", "range")) return true;
   const auto stiffness = numbers(fixed, "stiffness", 1, 3);
   return stiffness && !stiffness->isZero(0.0);
 }
@@ -93,29 +92,7 @@ TreeCoupling read_fixed(const XmlElement& fixed) {
   return coupling;
 }
 
-/// Returns the largest pull of an actuator, if stated. A muscle pulls; another actuator pulls with a negative force.
-/// The gear multiplies forces.
-std::optional<double> pull_N(const XmlElement& actuator) {
-  const auto gear = numbers(actuator, "gear", 1, 6);
-  const double factor = gear ? (*gear)[0] : 1.0;
-  const auto pull_within = [factor](double least_N, double most_N) {
-    const double pull = -std::min(factor * least_N, factor * most_N);
-    return pull > 0.0 ? std::optional(pull) : std::nullopt;
-  };
-  if (actuator.name == "muscle") return pull_within(-std::max(0.0, number(actuator, "force").value_or(0.0)), 0.0);
-  if (actuator.text("gaintype") == "muscle") {
-    const auto gain = numbers(actuator, "gainprm", 3, 10);
-    return gain ? pull_within(-std::max(0.0, (*gain)[2]), 0.0) : std::nullopt;
-  }
-  if (const auto range = numbers(actuator, "forcerange", 2, 2)) {
-    if (const auto pull = pull_within((*range)[0], (*range)[1])) return pull;
-  }
-  const auto control = numbers(actuator, "ctrlrange", 2, 2);
-  if (actuator.name != "motor" || !control) return std::nullopt;
-  return pull_within((*control)[0], (*control)[1]);
-}
-
-void read_actuator(const XmlElement& actuator, const Named& parts, BodyTree& tree,
+void read_actuator(const XmlElement& actuator, const MjcfDefaults& defaults, const Named& parts, BodyTree& tree,
                    std::map<std::string, int>& left_out) {
   if (actuator.find("tendon") == nullptr) {
     ++left_out[actuator.name];
@@ -127,14 +104,21 @@ void read_actuator(const XmlElement& actuator, const Named& parts, BodyTree& tre
     return;
   }
   TreeTendon& tendon = tree.tendons[found->second];
-  const double before = tendon.max_force_N.value_or(0.0);
   constexpr double kSomeForce_N = 100.0;
-  const std::optional<double> pull = pull_N(actuator);
+  const std::optional<double> pull = pull_N(actuator, defaults);
+  if (pull && *pull <= 0.0) {
+    tree.notes.push_back(named(actuator) + " is left out: it can only push its tendon");
+    return;
+  }
+  if (tendon.max_force_N) {
+    tree.notes.push_back(
+        fmt::format("{} pulls the tendon of '{}', which has both forces", named(actuator), tendon.muscle));
+  }
   if (!pull) {
     tree.notes.push_back(
         fmt::format("{} does not say its force: it is taken as {:g} N", named(actuator), kSomeForce_N));
   }
-  tendon.max_force_N = before + pull.value_or(kSomeForce_N);
+  tendon.max_force_N = tendon.max_force_N.value_or(0.0) + pull.value_or(kSomeForce_N);
   if (tendon.muscle.empty()) tendon.muscle = actuator.text("name");
 }
 
@@ -206,11 +190,10 @@ void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree&
     }
   };
   Named parts(tree);
-  const bool limits_by_range = defaults.compiler("autolimits") != "false";
   std::set<std::string> tied;  // Tendons that actuators or equalities refer to.
   each("actuator", [&](const XmlElement& actuator) { tied.insert(actuator.text("tendon")); });
   each("equality", [&](const XmlElement& equality) {
-    if (equality.name != "tendon" || equality.text("active") == "false") return;
+    if (equality.name != "tendon" || defaults.completed(equality, "", "equality").text("active") == "false") return;
     tied.insert(equality.text("tendon1"));
     tied.insert(equality.text("tendon2"));
   });
@@ -221,20 +204,21 @@ void read_ties(const XmlElement& mujoco, const MjcfDefaults& defaults, BodyTree&
       if (!is_new && !tendon.text("name").empty()) refuse(tendon, "is there twice");
       tree.tendons.push_back(read_spatial(tendon, parts));
     } else if (tendon.name == "fixed") {
-      XmlElement whole{"tendon", tendon.place, tendon.attributes, {}};  // Classes give both kinds `tendon`.
-      const bool ties =
-          tied.contains(tendon.text("name")) || has_limits_or_spring(defaults.completed(whole, ""), limits_by_range);
-      if (ties) tree.couplings.push_back(read_fixed(tendon));
+      const XmlElement whole = defaults.completed(tendon, "", "tendon");
+      if (tied.contains(tendon.text("name")) || has_limits_or_spring(whole, defaults))
+        tree.couplings.push_back(read_fixed(tendon));
     }
   });
   std::map<std::string, int> left_out;
-  each("actuator",
-       [&](const XmlElement& element) { read_actuator(defaults.completed(element, ""), parts, tree, left_out); });
+  each("actuator", [&](const XmlElement& element) {
+    read_actuator(defaults.completed(as_general(element), "", "general"), defaults, parts, tree, left_out);
+  });
   for (const auto& [kind, number] : left_out) {
     tree.notes.push_back(fmt::format("{} of joints left out: joints are driven by torques or muscles",
                                      counted(number, kind + " actuator")));
   }
-  each("equality", [&](const XmlElement& element) { read_equality(defaults.completed(element, ""), parts, tree); });
+  each("equality",
+       [&](const XmlElement& element) { read_equality(defaults.completed(element, "", "equality"), parts, tree); });
 }
 
 }  // namespace thenar

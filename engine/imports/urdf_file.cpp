@@ -6,6 +6,8 @@
 #include <map>
 #include <string>
 
+#include "engine/formats/text.h"
+
 namespace thenar {
 
 using Eigen::AngleAxisd;
@@ -39,6 +41,11 @@ TreeRound read_capsule(const XmlElement& capsule, const Isometry3d& X_BC) {
   axes << X_BC.linear().col(2), X_BC.linear().col(0), X_BC.linear().col(1);
   round.shape = PulpShape{PulpShape::Form::kCapsule, axes, {0.5 * length_m, round.radius_m, round.radius_m}};
   return round;
+}
+
+/// Whether a link has a shape and no mass: by the format it weighs nothing, which its author may not have meant.
+bool lacks_mass(const XmlElement& link) {
+  return link.child("inertial") == nullptr && (link.child("collision") != nullptr || link.child("visual") != nullptr);
 }
 
 TreeBody read_link(const XmlElement& link) {
@@ -135,11 +142,15 @@ BodyTree read_urdf(const XmlElement& robot) {
   std::map<std::string, const XmlElement*> links, joints_above, joint_names;
   std::map<std::string, std::vector<LinkJoint>> joints_below;
   BodyTree tree = empty_tree();
+  int massless = 0;
   for (const XmlElement& element : robot.children) {
     if (element.name.starts_with("xacro:")) refuse(element, "is a macro: expand the file with xacro first");
     if (element.name != "link") continue;
     if (!links.emplace(element.text("name"), &element).second) refuse(element, "is there twice");
+    massless += lacks_mass(element) ? 1 : 0;
   }
+  if (massless > 0)
+    tree.notes.push_back(counted(massless, "link") + " without inertial: no mass, as the format has it");
   if (links.size() > kMostLinks) refuse(robot, fmt::format("has more than {} links", kMostLinks));
   for (const XmlElement& element : robot.children) {
     if (element.name != "joint") continue;

@@ -127,6 +127,57 @@ TEST(ImportParts, AFixedTendonTiesByLimitsSpringsAndWhatRefersToIt) {
   EXPECT_EQ(couplings("", "<equality><tendon tendon1='sum'/></equality>"), 1U);
 }
 
+// What cannot pull pulls nothing, and what pulls besides another one is told.
+TEST(ImportParts, ActuatorsThatPushOrShareATendonAreTold) {
+  const auto tree_with = [](const std::string& actuators) {
+    return mjcf("<site name='s'/><site name='t'/>", "",
+                "<tendon><spatial name='x'><site site='s'/><site site='t'/></spatial></tendon><actuator>" + actuators +
+                    "</actuator>");
+  };
+  const BodyTree pushed = tree_with("<motor name='m' tendon='x' ctrlrange='0 5'/>");
+  EXPECT_FALSE(pushed.tendons.at(0).max_force_N);
+  EXPECT_TRUE(says(pushed.notes, "motor 'm' is left out: it can only push its tendon"));
+  const BodyTree two = tree_with("<muscle name='a' tendon='x' force='5'/><muscle name='b' tendon='x' force='7'/>");
+  EXPECT_DOUBLE_EQ(two.tendons.at(0).max_force_N.value(), 12.0);
+  EXPECT_TRUE(says(two.notes, "muscle 'b' pulls the tendon of 'a', which has both forces"));
+}
+
+// An angle of a class replaces a quaternion; MuJoCo's versions differ in which of two other kinds they take.
+TEST(ImportParts, OrientationsOfAClass) {
+  const auto z_of = [](const std::string& geom, const std::string& in_class) {
+    const BodyTree tree = mjcf("<geom name='g' type='cylinder' size='1 1' " + geom + "/>", "",
+                               "<default><geom " + in_class + "/></default>");
+    return Vector3d(tree.wraps.at(0).X_BG.linear().col(2));
+  };
+  EXPECT_TRUE(z_of("quat='1 0 0 0'", "euler='90 0 0'").isApprox(Vector3d(0, -1, 0), 1e-12));
+  EXPECT_TRUE(z_of("euler='0 90 0'", "euler='90 0 0'").isApprox(Vector3d(1, 0, 0), 1e-12));
+  try {
+    (void)z_of("zaxis='1 0 0'", "euler='90 0 0'");
+    ADD_FAILURE();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("and its class one of another kind"), std::string::npos) << error.what();
+  }
+  EXPECT_NE(refusal_of("<geom size='1' quat='1 0 0 0' euler='1 0 0'/>").find("names two orientations"),
+            std::string::npos);
+}
+
+TEST(ImportParts, MeshFilesAreNotRead) {
+  EXPECT_NE(refusal_of("<geom type='capsule' mesh='m'/>").find("is a capsule fitted to a mesh, which is not read"),
+            std::string::npos);
+  const BodyTree tree = mjcf("<geom type='mesh' mesh='m'/><geom size='0.01' mass='1'/>", "settotalmass='3'");
+  EXPECT_TRUE(says(tree.notes, "settotalmass is left out where some are not known"));
+  EXPECT_DOUBLE_EQ(tree.bodies[1].mass_kg, 1.0);
+  const BodyTree centred = mjcf("<geom type='mesh' mesh='m' mass='2'/>", "settotalmass='3'");
+  EXPECT_TRUE(says(centred.notes, "1 mesh with a mass: centres of mass are taken at their places"));
+  EXPECT_DOUBLE_EQ(centred.bodies[1].mass_kg, 3.0);
+}
+
+TEST(ImportParts, NamesThatAreMissingAreNew) {
+  const BodyTree tree = mjcf("<body/><body name='body2'><joint/><joint name='body2_joint1'/></body>");
+  EXPECT_EQ(tree.bodies[2].name, "body2_2");
+  EXPECT_EQ(tree.bodies[3].joints[0].name, "body2_joint1_2");
+}
+
 /// Two fingers of two joints each, the outer of the first with more in it.
 std::string hand_urdf(const std::string& outer) {
   std::string text = "<robot name='r'><link name='p'/>";

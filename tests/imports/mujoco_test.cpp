@@ -5,10 +5,8 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <mujoco/mujoco.h>
 
 #include <cmath>
-#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "engine/hand/muscles.h"
 #include "engine/imports/wrapping.h"
 #include "tests/imports/imported.h"
+#include "tests/imports/mujoco_model.h"
 
 namespace thenar::mujoco_test {
 namespace {
@@ -26,41 +25,6 @@ using Eigen::Map;
 using Eigen::Matrix;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
-using RowMatrix3d = Matrix<double, 3, 3, Eigen::RowMajor>;
-
-/// A model of MuJoCo's with its data.
-struct Mujoco {
-  std::unique_ptr<mjModel, void (*)(mjModel*)> model{nullptr, mj_deleteModel};
-  std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mj_deleteData};
-
-  explicit Mujoco(const std::filesystem::path& file) {
-    char error[1000] = "";
-    model.reset(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
-    if (!model) throw std::runtime_error(error);
-    data.reset(mj_makeData(model.get()));
-  }
-
-  [[nodiscard]] int id(mjtObj kind, const std::string& name) const {
-    return mj_name2id(model.get(), kind, name.c_str());
-  }
-
-  [[nodiscard]] Isometry3d X_WB(const std::string& body) const {
-    const int b = id(mjOBJ_BODY, body);
-    Isometry3d X = Isometry3d::Identity();
-    X.translation() = Map<Vector3d>(data->xpos + 3 * b);
-    X.linear() = Map<RowMatrix3d>(data->xmat + 9 * b);
-    return X;
-  }
-
-  /// Takes the joints' angles over, and finds where all is; joints that the hand does not have stay as in the file.
-  void set(const Hand& hand, const JointVector& q) {
-    mju_copy(data->qpos, model->qpos0, model->nq);
-    for (std::size_t j = 0; j < hand.joints.size(); ++j) {
-      data->qpos[model->jnt_qposadr[id(mjOBJ_JOINT, hand.joints[j].name)]] = q[static_cast<Index>(j)];
-    }
-    mj_forward(model.get(), data.get());
-  }
-};
 
 JointVector random_posture(const Hand& hand, std::mt19937_64& random) {
   JointVector q = hand.at_zero();
@@ -227,7 +191,7 @@ ArmErrors arm_errors(const Hand& hand, Mujoco& mujoco, const std::string& muscle
     forward_kinematics(hand, q, pose);
     moment_arms(hand, pose, H);
     for (Index j = 0; j < joints; ++j) {
-      const int dof = mujoco.model->jnt_dofadr[mujoco.id(mjOBJ_JOINT, hand.joints[static_cast<std::size_t>(j)].name)];
+      const int dof = mujoco.model->jnt_dofadr[mujoco.joint(hand.joints[static_cast<std::size_t>(j)].name)];
       // MuJoCo's is how the tendon lengthens; a muscle pulls.
       const double off = H(j, ours) + mujoco.data->actuator_moment[theirs * mujoco.model->nv + dof];
       errors.most_m = std::max(errors.most_m, std::abs(off));
