@@ -52,7 +52,7 @@ std::string_view ending_by_content(std::string_view bytes, std::string_view text
   if (text.starts_with("# .pcd")) return ".pcd";
   if (text.starts_with("off\n") || text.starts_with("off\r")) return ".off";
   if (text.starts_with("solid") && text.find("facet normal") != text.npos) return ".stl";
-  if (text.starts_with("mtllib ") || text.find("\nmtllib ") != text.npos || text.find("\nvn ") != text.npos) {
+  if (text.starts_with("v ") || text.find("\nv ") != text.npos || text.find("\nmtllib ") != text.npos) {
     return ".obj";
   }
   return "";

@@ -101,7 +101,7 @@ TEST(PointCloudFile, SaysWhatAFileIs) {
   EXPECT_EQ(fault_of("ply\nformat ascii 1.0\n", "mug.stl"), "begins as a file of .ply: name it so");
   EXPECT_EQ(fault_of("OFF\n8 6 12\n", "mug.obj"), "begins as a file of .off: name it so");
   EXPECT_EQ(fault_of("solid mug\nfacet normal 0 0 1\n", "mug.obj"), "begins as a file of .stl: name it so");
-  EXPECT_EQ(fault_of("# Blender\nmtllib mug.mtl\no mug\n", "mug.stl"), "begins as a file of .obj: name it so");
+  EXPECT_EQ(fault_of("# Blender\no mug\nv 0 0 0\n", "mug.stl"), "begins as a file of .obj: name it so");
   EXPECT_EQ(fault_of("# .PCD v0.7\n", "mug.xyz"), "begins as a file of .pcd: name it so");
 }
 
