@@ -68,11 +68,12 @@ Scene scene_to_begin_with(const Hand& hand, const CloudShape& object, double mas
 namespace {
 
 /// The areas that samples stand for, but for a common factor: scans are dense where the scanner was near. Estimates the
-/// density around each by Epanechnikov's kernel; the other side of a thin wall does not count.
+/// density around each by Epanechnikov's kernel; the other side of a thin wall does not count. Even samples stand for
+/// one area each: around an edge the kernel finds more of them.
 Eigen::VectorXd relative_areas(const PointCloud& cloud) {
+  Eigen::VectorXd areas(cloud.points_m.cols());
   const double radius_m = 2.0 * covering_support_m(cloud);
   const PointGrid grid(cloud.points_m, radius_m);
-  Eigen::VectorXd areas(cloud.points_m.cols());
   for (Eigen::Index i = 0; i < areas.size(); ++i) {
     double density = 1.0;
     grid.for_each_neighbour(i, [&](Eigen::Index j, double distance_m) {
@@ -81,7 +82,11 @@ Eigen::VectorXd relative_areas(const PointCloud& cloud) {
     });
     areas[i] = 1.0 / density;
   }
-  return areas;
+  Eigen::VectorXd sorted = areas;
+  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+  const Eigen::ArrayXd ratio = areas.array() / sorted[sorted.size() / 2];
+  const bool is_even = 20 * (ratio > 1.5 || ratio < 1.0 / 1.5).count() < areas.size();
+  return is_even ? Eigen::VectorXd::Ones(areas.size()) : areas;
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ TEST(EnclosedCentroid, IsThatOfUnevenScans) {
   }
   scan.points_m.conservativeResize(3, kept);
   scan.normals.conservativeResize(3, kept);
-  EXPECT_LT(enclosed_centroid_m(scan).norm(), 5e-4);
+  EXPECT_LT(enclosed_centroid_m(scan).norm(), 1e-3);  // by their number alone 7.6 mm
 }
 
 }  // namespace
