@@ -21,6 +21,7 @@ struct Mujoco {
     char error[1000] = "";
     model.reset(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
     if (!model) throw std::runtime_error(error);
+    model->opt.disableflags |= mjDSBL_CONTACT;
     data.reset(mj_makeData(model.get()));
   }
 
