@@ -206,7 +206,7 @@ Eigen::VectorXd ConfigMap::quantities(std::string_view key, std::size_t joints) 
   wanted.items = static_cast<int>(joints == 0 && is_list ? node->items.size() : joints);
   const auto values = node == nullptr
                           ? std::nullopt
-                          : quantities_of(*state_, *node, path_of(key), wanted, "values, one for each joint,");
+                          : quantities_of(*state_, *node, path_of(key), wanted, "values, one for each joint");
   return values.value_or(Eigen::VectorXd::Constant(static_cast<Index>(joints), harmless(wanted)));
 }
 

@@ -69,8 +69,11 @@ class MarkScanner {
     }
     const bool opens_quotes = may_begin_ && (c == '"' || c == '\'');
     const bool opens_flow = (may_begin_ || is_flow) && (c == '[' || c == '{');
-    if (opens_quotes || opens_flow) opened_.push_back({c, line_, column_});
-    if (is_flow && c == closing(opened_.back().mark)) opened_.pop_back();
+    if (opens_quotes || opens_flow) {
+      opened_.push_back({c, line_, column_});
+    } else if (is_flow && c == closing(opened_.back().mark)) {
+      opened_.pop_back();
+    }
     // A value begins behind these, and blanks.
     const bool is_mark =
         opens_flow || c == '\n' || (is_flow && c == ',') ||
@@ -147,8 +150,6 @@ std::string bracket_fault(const std::vector<Opened>& opened, char found, bool is
 /// What is wrong at a place where the parser stopped for other reasons than a ':'.
 std::string fault_at(std::string_view line, int column, const std::vector<Opened>& opened, const std::string& parser) {
   namespace words = YAML::ErrorMsg;
-  const std::string_view indent = line.substr(0, line.find_first_not_of(kBlanks));
-  if (indent.find('\t') != indent.npos) return "a tab stands before this: indent with blanks";
   const auto at = static_cast<std::size_t>(column - 1);
   const char found = at < line.size() ? line[at] : ' ';
   const bool is_end = parser == words::END_OF_MAP_FLOW || parser == words::END_OF_SEQ_FLOW;
@@ -170,6 +171,9 @@ SyntaxFault syntax_fault(std::string_view text, int line, int column, const std:
   const auto number = static_cast<std::size_t>(line - 1);
   if (parser == YAML::ErrorMsg::MAP_VALUE && number < lines.size()) return colon_fault(lines, line, column);
   const std::string_view here = number < lines.size() ? lines[number] : std::string_view();
+  if (const std::size_t tab = here.find('\t'); tab < here.find_first_not_of(kBlanks)) {
+    return {line, static_cast<int>(tab + 1), "a tab stands here: indent with blanks"};
+  }
   return {line, column, fault_at(here, column, MarkScanner(text).opened_before(line, column), parser)};
 }
 

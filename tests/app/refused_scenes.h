@@ -17,8 +17,7 @@ inline Refusals refused_scenes() {
       scene("a line is not indented as its neighbours", "  points: 2000", "    points: 2000",
             "FILE:11:5: does not line up with the keys above it: those of one map have the same number of blanks "
             "before them"),
-      scene("a tab indents", "  points: 2000", "\tpoints: 2000",
-            "FILE:11:2: a tab stands before this: indent with blanks"),
+      scene("a tab indents", "  points: 2000", "\tpoints: 2000", "FILE:11:1: a tab stands here: indent with blanks"),
       scene("no blank behind a colon", "mass: 100 g", "mass:100 g",
             "FILE:12:3: 'mass:100 g' is no 'key: value': put a ':' and a blank behind the key"),
       scene("a brace is not closed", "band: 0.3 mm}", "band: 0.3 mm",

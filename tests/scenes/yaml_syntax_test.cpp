@@ -26,7 +26,7 @@ TEST(YamlSyntax, SaysWhatWouldMendALine) {
       "does not line up with the keys above it: those of one map have the same number of blanks before them";
   const std::string quotes = "a second ': ' stands in this line: put a text that holds one in quotation marks";
   EXPECT_EQ(fault("a:\n  b: 1\n c: 2\n"), "3:2: " + line_up);
-  EXPECT_EQ(fault("a:\n  b: 1\n\tc: 2\n"), "3:2: a tab stands before this: indent with blanks");
+  EXPECT_EQ(fault("a:\n  b: 1\n\tc: 2\n"), "3:1: a tab stands here: indent with blanks");
   EXPECT_EQ(fault("a: 1\n- b\n"), "2:1: '- ' begins an item of a list, and keys stand around it: leave it out");
   EXPECT_EQ(fault("a: 1\n  b: 2\n"),
             "2:4: this key stands deeper than the key above, which has a value: line up the two");
@@ -38,7 +38,7 @@ TEST(YamlSyntax, SaysWhatWouldMendALine) {
   EXPECT_EQ(fault("a: %1\n"), "1:4: no value begins with '%': put it in quotation marks");
   EXPECT_EQ(fault("a: *b\n"), "1:4: aliases are not read here: write the value out");
   EXPECT_EQ(fault("a: \"C:\\object\"\n"),
-            "1:8: within \"...\" a backslash begins a sign of its own: write two of them, "
+            "1:9: within \"...\" a backslash begins a sign of its own: write two of them, "
             "or put the text in '...'");
   EXPECT_EQ(fault("a: 1\n%PDF\x80\n: b: [\n"), "2:5: is no text in UTF-8: it has the byte 0x80 here");
 }
