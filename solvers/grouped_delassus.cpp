@@ -386,11 +386,8 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
     const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
     const double acting_N = solution.f.norm();  // Where fingertips on paths hold the body on the ground.
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution, acting_N);
-    // Sweeps may also have grown beyond all numbers, on a ground that was taken for stiffer than it is.
-    const auto is_usable = [](SolveStatus status) {
-      return status == SolveStatus::kConverged || status == SolveStatus::kNoSolution;
-    };
-    if (!is_usable(report.status) || !is_usable(work.ground_status)) {
+    const auto failed = [](SolveStatus s) { return s == SolveStatus::kBudgetSpent || s == SolveStatus::kNotFinite; };
+    if (failed(report.status) || failed(work.ground_status)) {
       work.ground.x.setZero();  // Once more, from rest, and with a body that is taken for more mobile.
       work.linearisations = kWholeLinearisations + 2;
       solution.f.setZero();
@@ -401,10 +398,10 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
     }
     report.residual = std::hypot(report.residual, work.ground_missing);
     if (report.status == SolveStatus::kConverged) report.status = work.ground_status;
-    if (report.status == SolveStatus::kNotFinite) report = not_finite(report.sweeps, solution);
     write_forces(problem.ground->problem, work.ground);
   }
   if (report.status == SolveStatus::kNotFinite) {
+    report = not_finite(report.sweeps, solution);
     work.own_motion.setZero();
     work.common_motion.setZero();
     work.surface_motion.setZero();
@@ -486,7 +483,6 @@ void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {
   }
   for (Index k = 0; k < groups(); ++k) {
     const Index first = 3 * begin[k], rows = 3 * begin[k + 1] - first;
-    if (rows == 0) continue;
     auto W_k = W.block(first, first, rows, rows);
     const auto J_k = J_own.middleRows(first, rows);
     for (Index c = 0; c < rows; c += 3) {

@@ -5,8 +5,7 @@
 #include <span>
 #include <string>
 
-#include "engine/formats/files.h"
-#include "engine/formats/plain_text.h"
+#include "engine/formats/text.h"
 
 namespace thenar {
 
@@ -62,19 +61,16 @@ std::string_view ending_by_content(std::string_view bytes, std::string_view text
 
 std::string parcel_in(std::string_view bytes) { return kind_among(kParcels, head_of(bytes)); }
 
-void expect_kind_of_name(std::string_view bytes, const std::filesystem::path& file) {
-  if (bytes.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == bytes.npos)
-    throw FileError(file, "the file is empty");
-  const std::string text = head_of(bytes);
-  for (const std::string& what : {parcel_in(bytes), kind_among(kOtherSurfaces, text)}) {
-    if (!what.empty()) throw FileError(file, what);
+std::string other_kind(std::string_view bytes, std::string_view ending) {
+  if (bytes.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == bytes.npos) return "the file is empty";
+  const std::string head = head_of(bytes);
+  for (const std::span<const Kind> kinds : {std::span<const Kind>(kParcels), std::span<const Kind>(kOtherSurfaces)}) {
+    if (std::string what = kind_among(kinds, head); !what.empty()) return what;
   }
-  std::string ending = ending_of(file);
-  if (ending == ".gltf") ending = ".glb";  // Readers take either of the two.
-  const std::string by_content(ending_by_content(bytes, text));
-  if (!by_content.empty() && by_content != ending) {
-    throw FileError(file, "begins as a file of " + by_content + ": name it so");
-  }
+  const std::string_view by_name = ending == ".gltf" ? ".glb" : ending;  // Readers take either of the two.
+  const std::string_view by_content = ending_by_content(bytes, head);
+  if (by_content.empty() || by_content == by_name) return "";
+  return "begins as a file of " + std::string(by_content) + ": name it so";
 }
 
 }  // namespace thenar

@@ -19,7 +19,6 @@
 
 #include "engine/formats/file_kind.h"
 #include "engine/formats/open_file.h"
-#include "engine/formats/plain_text.h"
 #include "engine/formats/text.h"
 
 namespace thenar {

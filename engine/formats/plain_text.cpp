@@ -68,10 +68,4 @@ std::string_view plain_text(std::string_view bytes, const std::filesystem::path&
   return store;
 }
 
-std::string lower_case(std::string_view word) {
-  std::string lower(word);
-  for (char& letter : lower) letter = letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter + 32) : letter;
-  return lower;
-}
-
 }  // namespace thenar

@@ -11,7 +11,4 @@ namespace thenar {
 [[nodiscard]] std::string_view plain_text(std::string_view bytes, const std::filesystem::path& file,
                                           std::string& store);
 
-/// Returns the word with small letters in the place of A to Z.
-[[nodiscard]] std::string lower_case(std::string_view word);
-
 }  // namespace thenar

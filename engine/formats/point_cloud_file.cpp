@@ -166,7 +166,9 @@ bool is_surface_file(const fs::path& file) {
 PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const CloudOptions& options,
                        std::vector<std::string>& notes) {
   const std::string ending = ending_of(file);
-  if (is_surface_file(file)) expect_kind_of_name(bytes, file);
+  if (is_surface_file(file)) {
+    if (const std::string what = other_kind(bytes, ending); !what.empty()) throw FileError(file, what);
+  }
   PointCloud cloud;
   std::optional<TriangleMesh> mesh;
   if (ending == ".ply") {

@@ -108,4 +108,10 @@ std::string did_you_mean(std::string_view nearest) {
   return nearest.empty() ? "" : fmt::format(", did you mean '{}'?", nearest);
 }
 
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  for (char& letter : lower) letter = letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter + 32) : letter;
+  return lower;
+}
+
 }  // namespace thenar

@@ -34,4 +34,7 @@ namespace thenar {
 /// Returns ", did you mean 'x'?", or nothing for an empty word.
 [[nodiscard]] std::string did_you_mean(std::string_view nearest);
 
+/// Returns the word with small letters in the place of A to Z.
+[[nodiscard]] std::string lower_case(std::string_view word);
+
 }  // namespace thenar

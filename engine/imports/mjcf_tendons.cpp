@@ -11,6 +11,7 @@
 
 #include "engine/formats/text.h"
 #include "engine/imports/mjcf_actuator.h"
+#include "engine/imports/mjcf_pull.h"
 
 namespace thenar {
 
