@@ -46,13 +46,7 @@ std::filesystem::path put(const MadeHand& made) {
 Judged judged(const MadeHand& made) {
   HandRequest request;
   for (const MadeTip& tip : made.tips) {
-    TipRequest asked;
-    asked.finger = tip.finger;
-    asked.place = tip.body;
-    asked.radius_m = 0.008;
-    asked.centre_m = vector(tip.centre_m);
-    asked.normal = vector(tip.normal).normalized();
-    request.tips.push_back(asked);
+    request.tips.push_back({"", tip.finger, tip.body, vector(tip.centre_m), 0.008, vector(tip.normal).normalized()});
   }
   const std::filesystem::path file = put(made);
   Judged all{made, Mujoco(file), import_hand(read_bodies(file), request), {}};
