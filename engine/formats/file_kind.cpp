@@ -11,24 +11,24 @@ namespace thenar {
 
 namespace {
 
-/// The first bytes of a kind of files, in lower case, and what to say of such a file.
+/// The first bytes of a kind of files, in lower case, what to say of such a file, and the endings of names that say it.
 struct Kind {
-  std::string_view begin, what;
+  std::string_view begin, what, endings;
 };
 constexpr std::array<Kind, 6> kParcels = {{
-    {"\x1f\x8b", "is packed by gzip: unpack it first"},
-    {"pk\x03\x04", "is a zip archive, as 3MF files are, too: unpack it first"},
-    {"7z\xbc\xaf\x27", "is a 7z archive: unpack it first"},
-    {"<!doctype html", "is a web page, not the file that it shows: download that one"},
-    {"<html", "is a web page, not the file that it shows: download that one"},
-    {"version https://git-lfs", "is a pointer of Git LFS, not the file itself: `git lfs pull` fetches that"},
+    {"\x1f\x8b", "is packed by gzip: unpack it first", ".gz"},
+    {"pk\x03\x04", "is a zip archive, as 3MF files are, too: unpack it first", ".zip .npz"},
+    {"7z\xbc\xaf\x27", "is a 7z archive: unpack it first", ".7z"},
+    {"<!doctype html", "is a web page, not the file that it shows: download that one", ".html"},
+    {"<html", "is a web page, not the file that it shows: download that one", ".html"},
+    {"version https://git-lfs", "is a pointer of Git LFS, not the file itself: `git lfs pull` fetches that", ""},
 }};
 constexpr std::array<Kind, 5> kOtherSurfaces = {{
-    {"<?xml", "is a file of XML, as of COLLADA or X3D: save the surface as .stl or .obj"},
-    {"iso-10303-21", "is a STEP file: save its surface as .stl or .obj"},
-    {"#vrml", "is a VRML file: save its surface as .stl or .obj"},
-    {"# vtk", "is a VTK file: save its surface as .stl or .ply"},
-    {"kaydara fbx", "is an FBX file: save its surface as .stl or .obj"},
+    {"<?xml", "is a file of XML, as of COLLADA or X3D: save the surface as .stl or .obj", ""},
+    {"iso-10303-21", "is a STEP file: save its surface as .stl or .obj", ""},
+    {"#vrml", "is a VRML file: save its surface as .stl or .obj", ""},
+    {"# vtk", "is a VTK file: save its surface as .stl or .ply", ""},
+    {"kaydara fbx", "is an FBX file: save its surface as .stl or .obj", ""},
 }};
 
 /// Returns the first 512 bytes in lower case, without a byte order mark and blanks before it.
@@ -39,9 +39,10 @@ std::string head_of(std::string_view bytes) {
   return head;
 }
 
-std::string kind_among(std::span<const Kind> kinds, std::string_view head) {
+std::string kind_among(std::span<const Kind> kinds, std::string_view head, std::string_view ending) {
   const auto kind = std::ranges::find_if(kinds, [&](const Kind& one) { return head.starts_with(one.begin); });
-  return kind == kinds.end() ? "" : std::string(kind->what);
+  const bool is_named = kind != kinds.end() && !ending.empty() && kind->endings.find(ending) != std::string_view::npos;
+  return kind == kinds.end() || is_named ? "" : std::string(kind->what);
 }
 
 /// Returns the ending that names of such files have; empty for a file that begins as no format of surfaces does.
@@ -59,13 +60,15 @@ std::string_view ending_by_content(std::string_view bytes, std::string_view text
 
 }  // namespace
 
-std::string parcel_in(std::string_view bytes) { return kind_among(kParcels, head_of(bytes)); }
+std::string parcel_in(std::string_view bytes, std::string_view ending) {
+  return kind_among(kParcels, head_of(bytes), ending);
+}
 
 std::string other_kind(std::string_view bytes, std::string_view ending) {
   if (bytes.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == bytes.npos) return "the file is empty";
   const std::string head = head_of(bytes);
   for (const std::span<const Kind> kinds : {std::span<const Kind>(kParcels), std::span<const Kind>(kOtherSurfaces)}) {
-    if (std::string what = kind_among(kinds, head); !what.empty()) return what;
+    if (std::string what = kind_among(kinds, head, ending); !what.empty()) return what;
   }
   const std::string_view by_name = ending == ".gltf" ? ".glb" : ending;  // Readers take either of the two.
   const std::string_view by_content = ending_by_content(bytes, head);

@@ -157,7 +157,7 @@ std::string read_from_disk(const fs::path& file) try {
   if (!S_ISREG(status.st_mode)) throw ReadError(file, "is a pipe or a device, not a file");
   std::optional<std::string> bytes = read_all(open_file.descriptor, static_cast<std::size_t>(status.st_size));
   if (!bytes) throw ReadError(file, "cannot be read: " + message(errno));
-  if (const std::string what = parcel_in(*bytes); !what.empty()) throw FileError(file, what);
+  if (const std::string what = parcel_in(*bytes, ending_of(file)); !what.empty()) throw FileError(file, what);
   return *std::move(bytes);
 } catch (const std::bad_alloc&) {
   throw ReadError(file, "does not fit into memory");

@@ -62,6 +62,9 @@ TEST(Files, WhatIsAnotherFileIsNamed) {
   }
   EXPECT_EQ(fault("\x1F\x8B\x08 bytes"), ": is packed by gzip: unpack it first");
   EXPECT_EQ(fault("PK\x03\x04 bytes"), ": is a zip archive, as 3MF files are, too: unpack it first");
+  const fs::path page = file.parent_path() / "page.html";  // Its name says so.
+  put(page, "<!doctype html>\n");
+  EXPECT_EQ(fault_of_reading(page), "");
   put(file, "<mujoco>");
   EXPECT_EQ(fault_of_reading(file), "");
 }
