@@ -250,7 +250,7 @@ TEST(PlyFile, RefusesWrongHeaders) {
   };
   EXPECT_EQ(fault_of(""), "the file is empty");
   EXPECT_EQ(fault_of("solid box\n"), "is no PLY file: its first line is not 'ply'");
-  EXPECT_EQ(fault_of(std::string(100, '\0') + "\n"), "is no PLY file: its first line is not 'ply'");
+  EXPECT_EQ(fault_of(std::string(100, '\0') + "\n"), "the file is empty");
   EXPECT_EQ(with("format ascii 1.0", "format ascii 2.0"), "line 2: PLY version 2.0 is not read, only 1.0");
   EXPECT_EQ(with("format ascii 1.0", "format text 1.0"), "line 2: unknown format 'text'");
   EXPECT_EQ(with("format ascii 1.0\n", ""), "line 2: 'format' must follow 'ply'");

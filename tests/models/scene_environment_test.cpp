@@ -66,7 +66,7 @@ TEST(SceneEnvironment, TellsWhatIsWrongAndWhere) {
             "24:75: environment.bodies[0].shape.hole.chamfer: must be less than the depth");
   EXPECT_EQ(fault_of("{plane: true}", "{plane: false}"),
             "24:36: environment.bodies[0].shape.plane: is true, or is left out");
-  EXPECT_EQ(fault_of("{plane: true}", "{cube: 3 mm}").substr(0, 5), "24:21");
+  EXPECT_EQ(fault_of("{plane: true}", "{cube: 3 mm}").substr(0, 5), "24:29");
 }
 
 }  // namespace
