@@ -19,15 +19,13 @@ inline Refusals refused_objects() {
       object("a face of a vertex that there is not", "box.obj", edited(kBox, "f 4 1 5 8", "f 4 1 5 9"),
              "FILE: line 14: there is no vertex 9"),
       object("a box without its lid", "box.obj", edited(kBox, "f 5 6 7 8\n", ""),
-             "FILE: is no closed surface: 24 % of its edges have a face on one side only; close its holes, and give "
-             "sheets a "
-             "thickness"),
+             "FILE: is no closed surface: 24 % of its edges have a face on one side only; close its "
+             "holes, and give sheets a thickness"),
       object("a drawing in a plane", "box.obj", "v 0 0 0\nv 30 0 0\nv 30 40 0\nv 0 40 0\nf 1 2 3 4\nf 4 3 2 1\n",
              "FILE: is flat: all its faces lie in one plane, and an object has a thickness"),
       object("a download that was cut off", "box.stl", std::string(80, ' ') + bytes_of({12}) + std::string(320, '\0'),
              "FILE: is no text, which begins with 'solid', and its header says that it has 12 facets, where it has 6: "
-             "is it "
-             "whole? Save or download it again"),
+             "is it whole? Save or download it again"),
       object("fewer points than the header says", "ball.ply", ply + ball(50),
              "FILE: line 58: the file is truncated: it ends here"),
       object("a word among the numbers", "ball.xyz", ball(17) + "1.0 two 3.0\n" + ball(17),
