@@ -258,7 +258,7 @@ SampledSolid::SampledSolid(const PointCloud& cloud)
     // quarter of what a point is off the chord of its neighbours.
     if (near.off_m < 0.2 * near.shortest_m) edge_error_m_ = std::max(edge_error_m_, 0.25 * near.off_m);
   }
-  std::ranges::stable_partition(sharp_, [](const SharpPoint& point) { return !point.is_straight; });
+  std::stable_partition(sharp_.begin(), sharp_.end(), [](const SharpPoint& point) { return !point.is_straight; });
 }
 
 }  // namespace thenar

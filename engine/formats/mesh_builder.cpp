@@ -27,7 +27,7 @@ std::optional<std::pair<int, int>> repeated_side(const std::vector<int>& corners
 /// Lets a cycle begin with its least corner, and go on to the lesser of its neighbours; false: that is the other way
 /// round.
 bool order_cycle(std::vector<int>& cycle) {
-  std::ranges::rotate(cycle, std::ranges::min_element(cycle));
+  std::rotate(cycle.begin(), std::ranges::min_element(cycle), cycle.end());
   if (cycle[1] <= cycle.back()) return true;
   std::reverse(cycle.begin() + 1, cycle.end());
   return false;

@@ -46,12 +46,13 @@ void fit_to_controls(Model& model) {
   for (const Pulp& pulp : model.pulps) spacing_m = std::max(spacing_m, std::sqrt(pulp.area_m2.mean()));
   find_edges(model);
   std::vector<Index> fine = fine_parts(model.object.cloud(), spacing_m);
-  const auto edges = std::ranges::partition(fine, [&](Index sample) { return !has_edges_for_cells(model, sample); });
+  const auto edges =
+      std::partition(fine.begin(), fine.end(), [&](Index sample) { return !has_edges_for_cells(model, sample); });
   const auto places_m = [&](auto begin, auto end) {
     return Eigen::Matrix3Xd(model.object.cloud().points_m(Eigen::all, std::vector<Index>(begin, end)));
   };
-  model.fine_m = places_m(fine.begin(), edges.begin());
-  model.fine_edges_m = places_m(edges.begin(), edges.end());
+  model.fine_m = places_m(fine.begin(), edges);
+  model.fine_edges_m = places_m(edges, fine.end());
 }
 
 /// Whether a model on the same surface has the fingertips that this one would get: then the surface has their edges. A
