@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <initializer_list>
+
 namespace thenar::app {
 
 /// Returns true if this machine has the instructions that the build uses.
