@@ -1,0 +1,121 @@
+"""Tasks as data: a file of tasks/ names worlds, what is varied, and which of the functions below judges a run."""
+
+import itertools
+import json
+import math
+from pathlib import Path
+
+import numpy
+
+import measures
+import worlds
+
+FOLDER = Path(__file__).resolve().parent / "tasks"
+
+
+def task(name, quick=False, **changes):
+    """The task of a file, with its cases as a list of {what is varied: value}."""
+    data = json.loads((FOLDER / f"{name}.json").read_text())
+    data["changes"] = {**data["changes"], **(data.get("quick", {}) if quick else {}), **changes}
+    data["name"] = name
+    data["cases"] = [dict(zip(of, values)) for of in data["cases"] for values in itertools.product(*of.values())]
+    return data
+
+
+def names():
+    return sorted(file.stem for file in FOLDER.glob("*.json"))
+
+
+def world_of(case, engine, setting, **more):
+    """The world of a case for an engine at a setting."""
+    changes = {**case, **more}
+    name = changes.pop("world")
+    if changes.get("step") == "own":
+        changes["step"] = engine.peer["step"]
+    if "slope_degrees" in changes:
+        changes["margin"] = changes["friction"] / math.tan(math.radians(changes.pop("slope_degrees")))
+    return worlds.world(name, setting=engine.peer["settings"][setting].get("sets", {}), **changes)
+
+
+def creep(engine, world, task):
+    run = engine.run(world())
+    return {"um_per_s": measures.creep_um_per_s(run), "lost_s": measures.lost_s(run), "contacts": float(numpy.median(run.contacts))}
+
+
+def held(engine, world, task):
+    return {"held": measures.held(engine.run(world()))}
+
+
+def critical(engine, world, task):
+    """The least friction that holds over the exact one, less 1, in %; None where nothing in the range holds."""
+    (low, high), steps = task["range"], 0
+    if not measures.held(engine.run(world(ratio=high))):
+        return {"error_percent": None}
+    if measures.held(engine.run(world(ratio=low))):
+        return {"error_percent": 100 * (low - 1), "at_least": True}
+    while high - low > task["resolution"]:
+        middle = 0.5 * (low + high)
+        # Most engines are near the exact value: the first steps look there.
+        middle = {0: 1.005, 1: 0.995 if high < 1.01 else middle}.get(steps, middle)
+        steps += 1
+        if measures.held(engine.run(world(ratio=middle))):
+            high = middle
+        else:
+            low = middle
+    return {"error_percent": 100 * (0.5 * (low + high) - 1)}
+
+
+def energy(engine, world, task):
+    asked = world()
+    push, end = task["push"], asked["duration"]
+    rest = engine.run(asked)
+    since = push["from"] + push["over"]
+    times = [push["from"], push["from"], since, since]
+    asked["loads"].append({"force": push["force"], "moment": [0, 0, 0], "times": times, "factors": [0, 1, 1, 0]})
+    pushed = engine.run(asked)
+    watts = measures.injected_J(rest, 2.0) / (end - 2.0)
+    contacts = float(numpy.median(rest.contacts))
+    return {"rest_W": watts, "contacts": contacts, "pushed_J": measures.injected_J(pushed, since, since + 4.0)}
+
+
+def reversals(engine, world, task):
+    asked = world()
+    of = asked["loads"][0]
+    times, factors = [], []
+    for k in range(task["times"]):
+        start = task["from"] + k * task["period"]
+        times += [start, start + 0.25 * task["period"], start + 0.75 * task["period"]]
+        factors += [0, task["share"], -task["share"]]
+    end = task["from"] + task["times"] * task["period"]
+    asked["loads"].append({"force": of["force"], "moment": [0, 0, 0], "times": times + [end], "factors": factors + [0]})
+    run = engine.run(asked)
+    if measures.lost_s(run) is not None:
+        return {"lost_s": measures.lost_s(run)}
+    at = lambda time: run.along()[numpy.searchsorted(run.time, time - 0.5 * asked["step"])]
+    # The first reversal may shift what is not yet sheared the other way; what comes after it is to be closed.
+    second = (run.time >= task["from"] + task["period"]) & (run.time <= task["from"] + 2 * task["period"])
+    travel = float(numpy.ptp(run.along()[second]))
+    return {"travel_nm": 1e9 * travel, "open_nm": 1e9 * abs(float(at(end) - at(task["from"] + task["period"])))}
+
+
+def answer(engine, world, task):
+    asked = world()
+    mass, step = asked["mass"], asked["step"]
+    weight = mass * worlds.GRAVITY
+    push = task["excess"] * asked["friction"] * weight
+    asked["loads"].append({"force": [push, 0, 0], "moment": [0, 0, 0], "times": [task["from"], task["from"]], "factors": [0, 1]})
+    run = engine.run(asked)
+    first = round(task["from"] / step)
+    went = (run.at[first:, 0] - run.at[first - 1, 0])
+    net, k = push - asked["friction"] * weight, numpy.arange(1, len(went) + 1)
+    # A step that takes the new speed for its whole length goes a h^2 k (k + 1) / 2; without inertia it goes v h k.
+    theory = net / asked["damping"] * step * k if engine.peer.get("ours") else net / mass * step**2 * k * (k + 1) / 2
+    late = numpy.flatnonzero(numpy.abs(went / theory - 1) < 0.1)
+    return {"steps": int(late[0]) + 1 if len(late) else None}
+
+
+def speed(engine, world, task):
+    return {"us": measures.median_us(engine.run(world()))}
+
+
+JUDGES = {judge.__name__: judge for judge in (creep, held, critical, energy, reversals, answer, speed)}
