@@ -2,17 +2,16 @@
 //   velocity_steps, position_steps   of its solver, 10 and 2 by default.
 //   collision_steps                  Step()'s second argument: parts of a step, 1 by default.
 //   penetration_slop, speculative_distance, manifold_tolerance   lengths [m], 20, 20 and 1 mm by default.
-//   convex_radius                    of boxes [m]: how round their edges are, CONVEX_RADIUS here. Its own 50 mm would
-//                                    make a ball of a box of 4 cm: this is one thing that users of small boxes must know.
-// Its manual ("Conventions and limits"): dynamic objects should be 0.1 to 10 m long; those that are not are to be
-// scaled.
+//   convex_radius                    how round the edges of boxes are [m], 50 mm by default. Larger ones are cut to the
+//                                    box, so that a box of 40 mm is round like a ball where it is looked for contacts.
+// Its manual ("Conventions and limits"): dynamic objects should be 0.1 to 10 m long; smaller ones are to be scaled. To
+// scale them by 10 is to divide the lengths above by 10.
 
 import {answer, cross, packageFile, times, worldOfBodies} from './peer.mjs';
 
 const jolt = await (await import(packageFile('jolt-physics', 'dist', 'jolt-physics.wasm-compat.js'))).default();
 
 const [STILL, MOVING] = [0, 1];  // Layers of objects.
-const CONVEX_RADIUS = 0;  // m
 
 const fromVector = (vector) => [vector.GetX(), vector.GetY(), vector.GetZ()];
 
@@ -63,7 +62,7 @@ function emptyWorld({setting}) {
 function shapeOf({kind, half}, setting) {
   if (kind === 'sphere') return new jolt.SphereShape(half[0]);
   if (kind === 'capsule') return new jolt.CapsuleShape(half[1], half[0]);
-  return withVectors([half], (edges) => new jolt.BoxShape(edges, setting.convex_radius ?? CONVEX_RADIUS));
+  return withVectors([half], (edges) => new jolt.BoxShape(edges, setting.convex_radius));
 }
 
 /** Adds a body; one with a mass moves. */
