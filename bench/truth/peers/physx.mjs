@@ -1,6 +1,6 @@
 // PhysX, of the package physx-js-webidl, in single precision. Settings:
 //   tgs                                        1 for the solver TGS in place of PGS.
-//   position_iterations, velocity_iterations   of the solver, 4 and 1 by default.
+//   position_iterations, velocity_iterations   of the solver, 4 and 1 by default, 255 at most.
 //   length                                     PxTolerancesScale::length [m], "the approximate size of objects", 1 by
 //                                              default: contacts are looked for within 2 % of it.
 // Its manual (PxFrictionType): PGS takes the two directions of friction one by one, TGS their combined impulse.

@@ -1,7 +1,8 @@
 // Rapier, of its own package @dimforge/rapier3d-compat, in single precision. Settings:
 //   length_unit         lengthUnit [m], the size of usual objects: lengths that it allows (a gap of 2 cm is a contact
 //                       to come, 1 mm of depth is left) are so many of these. Its default is 1.
-//   solver_iterations   numSolverIterations, 4 by default.
+//   solver_iterations   numSolverIterations, 4 by default: parts of a step. With 12 it creeps three times as fast here,
+//                       so that no setting of peers.json takes more.
 //   internal_iterations numInternalPgsIterations in each of those, 1 by default.
 // Friction of rigid bodies is its "simplified" model: one force for the contacts between two faces.
 
