@@ -60,6 +60,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   boost::system::error_code fault;  // The server may end it at any time.
   client.connect({boost::asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(std::stoi(kServed.port))}, fault);
   if (fault) std::abort();
+  // Reset when all is read: ports of connections that ended are not kept, of which there are not enough for ten minutes.
+  client.set_option(boost::asio::socket_base::linger(true, 0), fault);
   boost::asio::write(client, boost::asio::buffer(bytes), fault);
   client.shutdown(tcp::socket::shutdown_send, fault);
   std::string answer;
