@@ -1,8 +1,8 @@
-// Siconos: rigid bodies of its mechanics part, Moreau-Jean's scheme, contacts from its Bullet manager (in Debian's build
-// of single precision), as its runner of mechanical scenes sets them up: theta 0.50001, Newton's loop to 1e-10 within 20
-// iterations, margins of 2 % of a shape's smallest size. It is C++17: ublas of Boost 1.74 does not compile as C++20.
-// Settings: `tolerance` and `iterations` of the solver of contacts, `joints` puts fingers on prismatic joints also where
-// fixed components of the velocity do, `scale` is that of Bullet's world, `active` the gap below which contacts act.
+// Siconos: rigid bodies of its mechanics part, Moreau-Jean's scheme, contacts from its Bullet manager (which Debian builds
+// in single precision), all as its runner of mechanical scenes sets them up: theta 0.50001, Newton's loop to 1e-10 within
+// 20 iterations, nonsmooth Gauss-Seidel, corners rounded by 2 % of a shape's smallest size. Settings: `tolerance` and
+// `iterations` of the solver, `scale` of lengths in Bullet's world, and the share `margin` by which corners are rounded.
+// This file is C++17: ublas of Boost 1.74, which its headers include, does not compile as C++20.
 
 // The first one names the classes that a visitor sees, also to the others.
 #include <MechanicsFwd.hpp>
@@ -41,7 +41,6 @@ class SiconosWorld : public World {
   explicit SiconosWorld(const WorldData& data) : data_(data), system_(std::make_shared<NonSmoothDynamicalSystem>(0, 1e9)) {
     SiconosBulletOptions options;
     options.worldScale = data.set("scale", options.worldScale);
-    options.contactBreakingThreshold *= options.worldScale;
     contacts_ = std::make_shared<SiconosBulletCollisionManager>(options);
     contacts_->insertNonSmoothLaw(std::make_shared<NewtonImpactFrictionNSL>(0.0, 0.0, data.friction, 3), kOthers, kObject);
     for (const Wall& wall : data.walls) {
@@ -135,7 +134,7 @@ class SiconosWorld : public World {
     presses_.push_back(vector({0, 0, 0}));
     body->setFExtPtr(presses_.back());
     const auto axis = std::find_if(f.along.begin(), f.along.end(), [](double a) { return std::abs(a) > 1.0 - 1e-9; });
-    if (axis != f.along.end() && data_.set("joints", 0.0) == 0.0) {
+    if (axis != f.along.end()) {
       const auto fixed = std::make_shared<std::vector<unsigned int>>();
       for (unsigned int i = 0; i < 6; ++i) {
         if (i != static_cast<unsigned int>(axis - f.along.begin())) fixed->push_back(i);
