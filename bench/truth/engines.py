@@ -31,10 +31,11 @@ class Engine:
     """A program that answers worlds."""
 
     def __init__(self, name, command, folder):
-        self.name, self.peer, self.version = name, PEERS[name], ""
+        self.name, self.peer, self.version, self.build = name, PEERS[name], "", None
         Path(folder).mkdir(parents=True, exist_ok=True)
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         env={**os.environ, "TRUTH_FOLDER": str(folder)})
+        with open(Path(folder) / f"{name}.log", "wb") as log:  # What engines say beside their answers.
+            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log,
+                                             env={**os.environ, "TRUTH_FOLDER": str(folder)})
 
     def run(self, world):
         """Runs a world; an engine that refuses it raises RuntimeError."""
@@ -46,7 +47,7 @@ class Engine:
         head = json.loads(head)
         if "error" in head:
             raise RuntimeError(f"{self.name}: {head['error']}")
-        self.version = head["engine"]
+        self.version, self.build = head["engine"], head.get("build")
         size = 8 * head["rows"] * head["columns"]
         return Run(world, numpy.frombuffer(self._process.stdout.read(size)).reshape(head["rows"], head["columns"]))
 

@@ -13,17 +13,27 @@ import worlds
 FOLDER = Path(__file__).resolve().parent / "tasks"
 
 
+def products(cases):
+    """All combinations of what each entry varies, {name: values}, as a list of {name: value}."""
+    return [dict(zip(of, values)) for of in cases for values in itertools.product(*of.values())]
+
+
 def task(name, quick=False, **changes):
     """The task of a file, with its cases as a list of {what is varied: value}."""
     data = json.loads((FOLDER / f"{name}.json").read_text())
     data["changes"] = {**data["changes"], **(data.get("quick", {}) if quick else {}), **changes}
     data["name"] = name
-    data["cases"] = [dict(zip(of, values)) for of in data["cases"] for values in itertools.product(*of.values())]
+    data["cases"] = products(data["cases"])
     return data
 
 
 def names():
     return sorted(file.stem for file in FOLDER.glob("*.json"))
+
+
+def slope_of(case):
+    """The tangent of the slope of a case of the grid."""
+    return math.tan(math.radians(case["slope_degrees"]))
 
 
 def world_of(case, engine, setting, **more):
@@ -33,7 +43,8 @@ def world_of(case, engine, setting, **more):
     if changes.get("step") == "own":
         changes["step"] = engine.peer["step"]
     if "slope_degrees" in changes:
-        changes["margin"] = changes["friction"] / math.tan(math.radians(changes.pop("slope_degrees")))
+        changes["margin"] = changes["friction"] / slope_of(changes)
+        del changes["slope_degrees"]
     return worlds.world(name, setting=engine.peer["settings"][setting].get("sets", {}), **changes)
 
 
@@ -91,11 +102,11 @@ def reversals(engine, world, task):
     run = engine.run(asked)
     if measures.lost_s(run) is not None:
         return {"lost_s": measures.lost_s(run)}
-    at = lambda time: run.along()[numpy.searchsorted(run.time, time - 0.5 * asked["step"])]
-    # The first reversal may shift what is not yet sheared the other way; what comes after it is to be closed.
-    second = (run.time >= task["from"] + task["period"]) & (run.time <= task["from"] + 2 * task["period"])
-    travel = float(numpy.ptp(run.along()[second]))
-    return {"travel_nm": 1e9 * travel, "open_nm": 1e9 * abs(float(at(end) - at(task["from"] + task["period"])))}
+    at = lambda cycles: float(run.along()[round((task["from"] + cycles * task["period"]) / asked["step"]) - 1])
+    # The first ones may shift what is sheared the other way, until the patches have settled.
+    last = (run.time > end - task["period"]) & (run.time <= end)
+    return {"travel_nm": 1e9 * float(numpy.ptp(run.along()[last])), "open_nm": 1e9 * abs(at(task["times"]) - at(task["times"] - 1)),
+            "walk_nm": 1e9 * abs(at(task["times"]) - at(1))}
 
 
 def answer(engine, world, task):

@@ -1,20 +1,19 @@
 #!/usr/bin/env python3
-"""Gives tasks with exact answers to Thenar and to what others would take instead.
-
-usage: truth.py BUILD OUT [--quick] [--task NAME] ...   BUILD is a build folder; OUT/truth.json is written, a part of
-                                                        the report; engines that are missing are shown as they are stored
-       truth.py BUILD OUT --store                       measures, and renews bench/truth/stored.json
-"""
+"""Gives tasks with exact answers to Thenar and to what others would take instead."""
 
 import argparse
 import json
+import os
 import statistics
 import sys
 import time
 from pathlib import Path
 
 import engines
+import pages
 import tasks
+
+STORED = Path(__file__).resolve().parent / "stored.json"
 
 
 def measure(engine, setting, task, case):
@@ -47,24 +46,62 @@ def measure_all(task, running, say):
     return made
 
 
+def measured(running, quick):
+    """What a part of the report says of how it was measured."""
+    ours = next((engine for engine in running if engine.build), None)
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    model = next((line.split(": ", 1)[1] for line in lines if line.startswith("model name")), "an unknown processor")
+    peers = ", ".join(engine.version for engine in running if engine is not ours)
+    return {**(ours.build if ours else {}), "machine": model, "threads": os.cpu_count(), "peers": peers, "quick": quick}
+
+
+def with_stored(rows, chosen):
+    """The rows, and those of missing engines as they are stored."""
+    stored = json.loads(STORED.read_text())["rows"] if STORED.exists() else []
+    have = {row["engine"] for row in rows}
+    tasks_run = {row["task"] for row in rows}
+    return rows + [{**row, "stored": True} for row in stored
+                   if row["engine"] in chosen and row["engine"] not in have and row["task"] in tasks_run]
+
+
+def store(rows, running):
+    """Renews what is stored of the engines that ran; the others keep theirs."""
+    before = json.loads(STORED.read_text()) if STORED.exists() else {"engines": {}, "rows": []}
+    ran = {engine.name: engine.version for engine in running if not engine.peer.get("ours")}
+    kept = [row for row in before["rows"] if row["engine"] not in ran]
+    made = {"engines": {**before["engines"], **ran}, "rows": kept + [row for row in rows if row["engine"] in ran]}
+    STORED.write_text(json.dumps(made, separators=(",", ":")).replace('{"task"', '\n{"task"') + "\n")
+
+
+def options_of(arguments):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("build", help="the build folder that has the engines' programs")
+    parser.add_argument("out", help="the folder of the report: truth.json is written there")
+    parser.add_argument("--quick", action="store_true", help="shorter runs")
+    parser.add_argument("--no-peers", action="store_true", help="Thenar alone")
+    parser.add_argument("--store", action="store_true", help="renews bench/truth/stored.json, what is shown of a missing engine")
+    parser.add_argument("--task", action="append", choices=tasks.names(), help="this task alone, printed and not written")
+    parser.add_argument("--engine", action="append", choices=list(engines.PEERS), help="this engine alone")
+    return parser.parse_args(arguments)
+
+
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("build")
-    parser.add_argument("out")
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--no-peers", action="store_true")
-    parser.add_argument("--task", action="append")
-    parser.add_argument("--engine", action="append")
-    parser.add_argument("--verbose", action="store_true")
-    options = parser.parse_args()
+    options = options_of(sys.argv[1:])
     out = Path(options.out)
     out.mkdir(parents=True, exist_ok=True)
     chosen = options.engine or (["Thenar"] if options.no_peers else list(engines.PEERS))
-    running = [engines.Engine(name, command, out / "truth") for name, command in engines.commands(options.build).items() if name in chosen]
+    commands = {name: command for name, command in engines.commands(options.build).items() if name in chosen}
+    missing = [name for name in chosen if name not in commands]
+    if "Thenar" in missing:
+        print(f"truth: {options.build} has no program of Thenar: build truth_thenar", file=sys.stderr)
+        return 2
+    if missing:
+        print(f"truth: not here, and shown as stored: {', '.join(missing)}", file=sys.stderr)
+    running = [engines.Engine(name, command, out / "truth") for name, command in commands.items()]
 
     def say(task, engine, setting, case, values):
-        if options.verbose:
-            print(task["name"], engine.name, setting, case, values, flush=True)
+        if options.task:
+            print(engine.name, setting, case, values, sep=" | ", flush=True)
 
     rows = []
     for name in options.task or tasks.names():
@@ -73,7 +110,11 @@ def main():
         print(f"truth: {name}, {time.monotonic() - start:.0f} s", file=sys.stderr)
     for engine in running:
         engine.close()
-    (out / "truth_rows.json").write_text(json.dumps({"engines": {e.name: e.version for e in running}, "rows": rows}, indent=1))
+    if options.store:
+        store(rows, running)
+    if not options.task:
+        part = pages.part(with_stored(rows, chosen), measured(running, options.quick))
+        (out / "truth.json").write_text(json.dumps(part, indent=1))
     return 0
 
 

@@ -69,9 +69,20 @@ std::optional<FacingFaces> facing_faces(const BoxShape& a, const BoxShape& b, co
   return farthest;
 }
 
-/// Adds crossing edges of two boxes, each inside of the other's ends. Those of opposite faces are projected along the
-/// normal of B's face: with its corners over the other's they are the corners of the area that two faces share. Edges
-/// elsewhere touch along their common normal, where that is out of both boxes.
+/// Returns the common normal of two crossing edges, of any length, from their cross product. Where faces lean on an
+/// edge, as a peg's on the mouth of a slot, it is between the faces' normals; edges that are more nearly parallel than
+/// the faces have any, and B's face gives it.
+Vector3d normal_of(const Vector3d& across, const FacingFaces* facing, const Isometry3d& X_BA) {
+  if (facing == nullptr) return across;
+  constexpr double kRounding = 1e-12;
+  const double cosine = std::abs(X_BA.linear()(facing->of_b.axis, facing->of_a.axis)), along = across.dot(facing->n);
+  if (std::abs(along) >= (1.0 - kRounding) * cosine * across.norm()) return across;
+  return along * facing->n;
+}
+
+/// Adds crossing edges of two boxes, each inside of the other's ends. Those of opposite faces are, with its corners
+/// over the other's, the corners of the area that two faces share. Edges elsewhere touch along their common normal,
+/// where that is out of both boxes.
 void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, std::int32_t first_place,
                  std::vector<SolidContact>& contacts) {
   std::int32_t place = first_place;
@@ -86,14 +97,14 @@ void cross_edges(const SolidPair& pair, const Isometry3d& X_BA, double band_m, s
       ++place;
       const Vector3d d_b = of_b.b_m - of_b.a_m, across = d_a.cross(d_b), between = of_b.a_m - a;
       const bool facing = faces && faces->of_a.has(of_a) && faces->of_b.has(of_b);
-      const Vector3d seen = facing ? Vector3d(across.dot(faces->n) * faces->n) : across;
+      const Vector3d seen = normal_of(across, facing ? &*faces : nullptr, X_BA);
       const double squared = seen.squaredNorm();
       constexpr double kParallel = 1e-12;  // Of sines squared: such edges meet at their ends, which are corners.
       if (squared < kParallel * d_a.squaredNorm() * d_b.squaredNorm()) continue;
       const double s = between.cross(d_b).dot(seen) / squared, t = between.cross(d_a).dot(seen) / squared;
       if (!(s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0)) continue;
       const Vector3d p_a = a + s * d_a, p_b = of_b.a_m + t * d_b;
-      Vector3d n = facing ? faces->n : Vector3d(across / std::sqrt(squared));
+      Vector3d n = seen / std::sqrt(squared);
       if (n.dot(p_b) < 0.0) n = -n;  // Out of B, whose middle is the origin.
       const double gap_m = n.dot(p_a - p_b);
       // Far edges seem to cross, too, a box's thickness deep; and those of faces that overlap more than others.

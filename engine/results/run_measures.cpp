@@ -322,8 +322,9 @@ Value wedged_depth(View v) {
 
 // A phase of the task: the item of its section.
 std::span<const TickRecord> phase_ticks(View v) {
-  const auto range = std::ranges::equal_range(ticks(v), static_cast<int>(v.item), {}, &TickRecord::phase);
-  return {range.begin(), range.end()};
+  const int phase = static_cast<int>(v.item);
+  return {std::ranges::lower_bound(ticks(v), phase, {}, &TickRecord::phase),
+          std::ranges::upper_bound(ticks(v), phase, {}, &TickRecord::phase)};
 }
 Phase::Kind kind(View v) { return v.scene->task.phases[v.item].kind; }
 bool loads(View v) { return kind(v) == Phase::Kind::kLoad && !phase_ticks(v).empty(); }
@@ -796,7 +797,7 @@ std::vector<MeasuredSection> measure(const RunView& view) {
   std::vector<MeasuredSection> all;
   for (const MeasureSection& section : kSections) {
     if (!section.runs->have(view)) continue;
-    MeasuredSection& measured = all.emplace_back(&section);
+    MeasuredSection& measured = all.emplace_back(MeasuredSection{&section, {}});
     RunView of = view;
     for (of.item = 0; of.item < (section.items != nullptr ? section.items(view) : 1); ++of.item) {
       std::vector<Measured>& item = measured.items.emplace_back();

@@ -17,8 +17,6 @@ using enum Dimension;
 
 namespace {
 
-constexpr std::string_view kSize = "0.1 mm .. 10 m";
-
 void describe_mug(Visitor& v, Mug& mug) {
   v.key({"radius", kLength, "0.1 mm .. 10 m", "", "Its outer radius."}, mug.radius_m);
   v.key({"height", kLength, "0.1 mm .. 10 m", "", "Its height along z."}, mug.height_m);

@@ -26,7 +26,7 @@ class DartWorld : public World {
     for (const Wall& w : data.walls) {
       WeldJoint::Properties fixed;
       fixed.mT_ParentBodyToJoint.translation() = vector(w.at_m);
-      const SkeletonPtr wall = Skeleton::create();
+      const SkeletonPtr wall = Skeleton::create(name("wall"));
       BodyNode* body = wall->createJointAndBodyNodePair<WeldJoint>(nullptr, fixed).second;
       give(body, std::make_shared<BoxShape>(2.0 * vector(w.half_m)));
       world_->addSkeleton(wall);
@@ -36,7 +36,7 @@ class DartWorld : public World {
       slide.mAxis = vector(f.along);
       slide.mT_ParentBodyToJoint.translation() = vector(f.at_m);
       slide.mDampingCoefficients[0] = data.finger_damping;
-      const SkeletonPtr finger = Skeleton::create();
+      const SkeletonPtr finger = Skeleton::create(name("finger"));
       BodyNode* body = finger->createJointAndBodyNodePair<PrismaticJoint>(nullptr, slide).second;
       body->setMass(data.finger_mass_kg);
       give(body, std::make_shared<SphereShape>(f.radius_m));
@@ -68,6 +68,8 @@ class DartWorld : public World {
   [[nodiscard]] double travel_m(std::size_t k) const override { return fingers_[k]->getPosition(0); }
 
  private:
+  [[nodiscard]] std::string name(const char* of) const { return of + std::to_string(world_->getNumSkeletons()); }
+
   void give(BodyNode* body, const ShapePtr& shape, const Isometry3d& at = Isometry3d::Identity()) {
     ShapeNode* node = body->createShapeNodeWith<CollisionAspect, DynamicsAspect>(shape);
     node->getDynamicsAspect()->setFrictionCoeff(data_.friction);
@@ -76,7 +78,7 @@ class DartWorld : public World {
 
   void add_object() {
     const Vector& h = data_.shape.half_m;
-    const SkeletonPtr skeleton = Skeleton::create();
+    const SkeletonPtr skeleton = Skeleton::create(name("object"));
     const auto [joint, body] = skeleton->createJointAndBodyNodePair<FreeJoint>();
     object_ = body;
     if (data_.shape.kind == Shape::Kind::kSphere) {

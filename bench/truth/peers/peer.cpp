@@ -1,10 +1,14 @@
 #include "bench/truth/peers/peer.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <exception>
 #include <iostream>
+#include <utility>
 
 namespace thenar::truth {
 namespace {
@@ -60,9 +64,15 @@ std::vector<Load> loads_of(const json& world) {
 
 double distance(const Vector& a, const Vector& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
-/// Runs a world and returns its rows: place, attitude, kinetic and stored energy, contacts, the time that the step took
+/// What became of a world: rows of doubles, and how the engine was built.
+struct Answer {
+  std::vector<double> rows;
+  json build;
+};
+
+/// Runs a world. Its rows: place, attitude, kinetic and stored energy, contacts, the time that the step took
 /// [us], and how far each finger has gone.
-std::vector<double> rows_of(const json& asked) {
+Answer answer_to(const json& asked) {
   using Clock = std::chrono::steady_clock;
   const WorldData data = world_of(asked);
   const std::vector<Load> loads = loads_of(asked);
@@ -89,7 +99,7 @@ std::vector<double> rows_of(const json& asked) {
     // What has fallen away, or is no number, needs no further steps.
     if (!(distance(r.at_m, data.at_m) < lost_m)) break;
   }
-  return rows;
+  return {std::move(rows), world->build()};
 }
 
 }  // namespace
@@ -111,21 +121,24 @@ Vector WorldData::inertia() const {
   }
 }
 
-/// Answers each line of standard input, a world as JSON, by a line {"engine", "rows", "columns"} and the rows as
-/// doubles, or by a line {"error"}.
+/// Answers each line of standard input, a world as JSON, by a line {"engine", "rows", "columns", "build"} and the rows
+/// as doubles, or by a line {"error"}.
 int answer() {
+  // Engines print to standard output what is no answer: that goes to standard error.
+  std::FILE* const out = fdopen(dup(STDOUT_FILENO), "w");
+  dup2(STDERR_FILENO, STDOUT_FILENO);
+  const auto write_line = [&](const json& line) { std::fputs((line.dump() + '\n').c_str(), out); };
   for (std::string line; std::getline(std::cin, line);) {
     try {
       const json asked = json::parse(line);
-      const std::vector<double> rows = rows_of(asked);
+      const auto [rows, build] = answer_to(asked);
       const std::size_t columns = 11 + asked["fingers"].size();
-      std::cout << json{{"engine", engine()}, {"rows", rows.size() / columns}, {"columns", columns}} << '\n';
-      std::cout.write(reinterpret_cast<const char*>(rows.data()),
-                      static_cast<std::streamsize>(rows.size() * sizeof(double)));
+      write_line({{"engine", engine()}, {"rows", rows.size() / columns}, {"columns", columns}, {"build", build}});
+      std::fwrite(rows.data(), sizeof(double), rows.size(), out);
     } catch (const std::exception& error) {
-      std::cout << json{{"error", error.what()}} << '\n';
+      write_line({{"error", error.what()}});
     }
-    std::cout.flush();
+    std::fflush(out);
   }
   return 0;
 }

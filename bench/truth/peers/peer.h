@@ -71,6 +71,8 @@ class World {
   [[nodiscard]] virtual Reading read() const = 0;
   /// How far a finger has gone along its slide [m].
   [[nodiscard]] virtual double travel_m(std::size_t finger) const = 0;
+  /// How the engine was built, for the report, where it knows.
+  [[nodiscard]] virtual nlohmann::json build() const { return nullptr; }
 };
 
 /// Builds a world. Each engine's file defines it.

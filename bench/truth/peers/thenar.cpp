@@ -11,6 +11,7 @@
 
 #include "bench/cases/scene_run.h"
 #include "bench/truth/peers/peer.h"
+#include "engine/results/summary.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar::truth {
@@ -113,6 +114,7 @@ class ThenarWorld : public World {
   }
 
   [[nodiscard]] double travel_m(std::size_t finger) const override { return loop_.state.q[static_cast<int>(finger)]; }
+  [[nodiscard]] nlohmann::json build() const override { return build_settings(); }
 
  private:
   Loop loop_;
