@@ -33,9 +33,6 @@ VectorPtr pose(const Vector& at, const Quaternion& q) {
   return std::make_shared<SiconosVector>(std::vector<double>{at[0], at[1], at[2], q[0], q[1], q[2], q[3]});
 }
 
-/// What is said on the standard output otherwise, where the answer goes.
-void say_nothing(int /*info*/, Simulation* /*simulation*/) {}
-
 class SiconosWorld : public World {
  public:
   explicit SiconosWorld(const WorldData& data) : data_(data), system_(std::make_shared<NonSmoothDynamicalSystem>(0, 1e9)) {
@@ -51,15 +48,12 @@ class SiconosWorld : public World {
     add_object();
 
     const auto scheme = std::make_shared<MoreauJeanOSI>(0.50001);
-    scheme->setConstraintActivationThreshold(data.set("active", scheme->constraintActivationThreshold()));
     simulation_ = std::make_shared<TimeStepping>(system_, std::make_shared<TimeDiscretisation>(0.0, data.step_s));
     simulation_->insertIntegrator(scheme);
     simulation_->insertNonSmoothProblem(problem());
     simulation_->insertInteractionManager(contacts_);
     simulation_->setNewtonTolerance(1e-10);
     simulation_->setNewtonMaxIteration(20);
-    simulation_->setWarnOnNonConvergence(false);
-    simulation_->setCheckSolverFunction(say_nothing);
   }
 
   void step(const Vector& force_N, const Vector& moment_Nm) override {
