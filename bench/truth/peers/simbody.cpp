@@ -1,10 +1,10 @@
-// Simbody: compliant contacts, as its examples of contact set them up (materials of 1e8 Pa, a dissipation of 0.1 s/m, a
-// transition velocity of 1 mm/s, the implicit integrator of CPodes at an accuracy of 1e-3). A step is what lies between
-// two reports: it has no other. Hertz' law presses spheres, a penalty bricks. It has no contacts of boxes with spheres or
-// boxes, so that faces are half-spaces: those that fingers press on, and that of the one wall; worlds with more walls are
-// refused, and capsules, which it does not have. (Its contacts of rigid bodies are experimental, says their header.)
-// Settings: `stiffness` [Pa], `transition` velocity [m/s], `accuracy`. This file is C++17: its headers compare in ways
-// that are ambiguous in C++20.
+// Simbody: compliant contacts. Materials (1e8 Pa, a dissipation of 100 s/m) and the transition velocity (1 mm/s) are those
+// that Gazebo gives it by default, the implicit integrator of CPodes at an accuracy of 1e-3 that of its examples of
+// contact. A step is what lies between two reports: it has no other. Hertz' law presses spheres, a penalty bricks. It has
+// no contacts of boxes with spheres or boxes, so that faces are half-spaces: those that fingers press on, and that of the
+// one wall; worlds with more walls are refused, and capsules, which it does not have. (Its contacts of rigid bodies are
+// experimental, says their header.) Settings: `stiffness` [Pa], `dissipation` [s/m], `transition` velocity [m/s],
+// `accuracy`. This file is C++17: the headers compare in ways that are ambiguous in C++20.
 
 #include <Simbody.h>
 
@@ -47,7 +47,7 @@ class Loads : public Force::Custom::Implementation {
 class SimbodyWorld : public World {
  public:
   explicit SimbodyWorld(const WorldData& data)
-      : data_(data), material_(data.set("stiffness", 1e8), 0.1, data.friction, data.friction) {
+      : data_(data), material_(data.set("stiffness", 1e8), data.set("dissipation", 100), data.friction, data.friction) {
     if (data.walls.size() > 1) throw std::runtime_error("no boxes against the edges of boxes");
     if (data.shape.kind == Shape::Kind::kCapsule) throw std::runtime_error("no capsules");
     contacts_.setTransitionVelocity(data.set("transition", 1e-3));
@@ -67,8 +67,13 @@ class SimbodyWorld : public World {
   }
 
   void step(const Vector& force_N, const Vector& moment_Nm) override {
-    loads_->force = vector(force_N);
-    loads_->moment = vector(moment_Nm);
+    if (vector(force_N) != loads_->force || vector(moment_Nm) != loads_->moment) {
+      loads_->force = vector(force_N);
+      loads_->moment = vector(moment_Nm);
+      // Its integrator of several steps is told of what is not smooth.
+      integrator_->updAdvancedState().invalidateAllCacheAtOrAbove(Stage::Dynamics);
+      integrator_->reinitialize(Stage::Dynamics, false);
+    }
     const Real end = data_.step_s * static_cast<Real>(++steps_);
     while (integrator_->getTime() < end) integrator_->stepTo(end, end);
   }
