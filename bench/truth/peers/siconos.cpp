@@ -1,11 +1,13 @@
-// Siconos: rigid bodies of its mechanics part, Moreau-Jean's scheme, contacts from its Bullet manager (which Debian builds
-// in single precision), all as its runner of mechanical scenes sets them up: theta 0.50001, Newton's loop to 1e-10 within
-// 20 iterations, nonsmooth Gauss-Seidel, corners rounded by 2 % of a shape's smallest size. Settings: `tolerance` and
-// `iterations` of the solver, `scale` of lengths in Bullet's world, and the share `margin` by which corners are rounded.
-// This file is C++17: ublas of Boost 1.74, which its headers include, does not compile as C++20.
+// Siconos: rigid bodies of its mechanics part, Moreau-Jean's scheme, contacts from its Bullet manager (which Debian
+// builds in single precision), all as its runner of mechanical scenes sets them up: theta 0.50001, Newton's loop to
+// 1e-10 within 20 iterations, nonsmooth Gauss-Seidel, corners rounded by 2 % of a shape's smallest size. Settings:
+// `tolerance` and `iterations` of the solver, `scale` of lengths in Bullet's world, and the share `margin` by which
+// corners are rounded. This file is C++17: ublas of Boost 1.74, which its headers include, does not compile as C++20.
 
-// The first one names the classes that a visitor sees, also to the others.
-#include <MechanicsFwd.hpp>
+// clang-format off
+#include <MechanicsFwd.hpp>  // It names the classes that a visitor sees, also to the others.
+// clang-format on
+#include <SolverOptions.h>
 
 #include <FixedBC.hpp>
 #include <GenericMechanical.hpp>
@@ -13,8 +15,6 @@
 #include <RigidBodyDS.hpp>
 #include <SiconosBulletCollisionManager.hpp>
 #include <SiconosKernel.hpp>
-#include <SolverOptions.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -35,11 +35,13 @@ VectorPtr pose(const Vector& at, const Quaternion& q) {
 
 class SiconosWorld : public World {
  public:
-  explicit SiconosWorld(const WorldData& data) : data_(data), system_(std::make_shared<NonSmoothDynamicalSystem>(0, 1e9)) {
+  explicit SiconosWorld(const WorldData& data)
+      : data_(data), system_(std::make_shared<NonSmoothDynamicalSystem>(0, 1e9)) {
     SiconosBulletOptions options;
     options.worldScale = data.set("scale", options.worldScale);
     contacts_ = std::make_shared<SiconosBulletCollisionManager>(options);
-    contacts_->insertNonSmoothLaw(std::make_shared<NewtonImpactFrictionNSL>(0.0, 0.0, data.friction, 3), kOthers, kObject);
+    contacts_->insertNonSmoothLaw(std::make_shared<NewtonImpactFrictionNSL>(0.0, 0.0, data.friction, 3), kOthers,
+                                  kObject);
     for (const Wall& wall : data.walls) {
       const Vector& h = wall.half_m;
       contacts_->insertStaticContactorSet(set_of(box(h), kOthers), pose(wall.at_m, {1, 0, 0, 0}));
@@ -99,7 +101,8 @@ class SiconosWorld : public World {
     return shape;
   }
   SP::SiconosShape box(const Vector& h) {
-    return with_margin(std::make_shared<SiconosBox>(2.0 * h[0], 2.0 * h[1], 2.0 * h[2]), 2.0 * std::min({h[0], h[1], h[2]}));
+    return with_margin(std::make_shared<SiconosBox>(2.0 * h[0], 2.0 * h[1], 2.0 * h[2]),
+                       2.0 * std::min({h[0], h[1], h[2]}));
   }
   SP::SiconosShape sphere(double radius) {
     return with_margin(std::make_shared<SiconosSphere>(static_cast<float>(radius)), radius);
@@ -137,8 +140,9 @@ class SiconosWorld : public World {
       return;
     }
     const auto slide = std::make_shared<PrismaticJointR>(vector(f.along), true, body);
-    system_->link(std::make_shared<Interaction>(std::make_shared<EqualityConditionNSL>(slide->numberOfConstraints()), slide),
-                  body);
+    system_->link(
+        std::make_shared<Interaction>(std::make_shared<EqualityConditionNSL>(slide->numberOfConstraints()), slide),
+        body);
     ++joints_;
   }
 
@@ -151,7 +155,8 @@ class SiconosWorld : public World {
       shape = box(h);
     } else {
       // Its Bullet shape is half as long as it says.
-      shape = with_margin(std::make_shared<SiconosCapsule>(static_cast<float>(h[0]), static_cast<float>(4.0 * h[1])), h[0]);
+      shape =
+          with_margin(std::make_shared<SiconosCapsule>(static_cast<float>(h[0]), static_cast<float>(4.0 * h[1])), h[0]);
     }
     object_ = add(shape, kObject, data_.mass_kg, data_.inertia(), pose(data_.at_m, data_.attitude));
     force_ = vector({0, 0, 0});
@@ -193,6 +198,6 @@ class SiconosWorld : public World {
 }  // namespace
 
 std::unique_ptr<World> make_world(const WorldData& data) { return std::make_unique<SiconosWorld>(data); }
-std::string engine() { return "Siconos " THENAR_SICONOS_VERSION; }
+std::string engine() { return "Siconos " SICONOS_VERSION; }
 
 }  // namespace thenar::truth

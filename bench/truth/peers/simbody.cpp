@@ -1,10 +1,11 @@
-// Simbody: compliant contacts. Materials (1e8 Pa, a dissipation of 100 s/m) and the transition velocity (1 mm/s) are those
-// that Gazebo gives it by default, the implicit integrator of CPodes at an accuracy of 1e-3 that of its examples of
-// contact. A step is what lies between two reports: it has no other. Hertz' law presses spheres, a penalty bricks. It has
-// no contacts of boxes with spheres or boxes, so that faces are half-spaces: those that fingers press on, and that of the
-// one wall; worlds with more walls are refused, and capsules, which it does not have. (Its contacts of rigid bodies are
-// experimental, says their header.) Settings: `stiffness` [Pa], `dissipation` [s/m], `transition` velocity [m/s],
-// `accuracy`. This file is C++17: the headers compare in ways that are ambiguous in C++20.
+// Simbody: compliant contacts. Materials (1e8 Pa, a dissipation of 100 s/m) are those that Gazebo gives it by
+// default; the transition velocity of friction (1 mm/s) and the implicit integrator of CPodes, at an accuracy of
+// 1e-3, those of its examples of contact. A step is what lies between two reports: it has no other. Hertz' law
+// presses spheres, a penalty bricks. It has no contacts of boxes with spheres or boxes, so that faces are
+// half-spaces: those that fingers press on, and that of the one wall; worlds with more walls are refused, and
+// capsules, which it does not have. (Its contacts of rigid bodies are experimental, says their header.) Settings:
+// `stiffness` [Pa], `dissipation` [s/m], `transition` velocity [m/s], `accuracy`. This file is C++17: the headers
+// compare in ways that are ambiguous in C++20.
 
 #include <Simbody.h>
 
