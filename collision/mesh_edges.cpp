@@ -69,10 +69,13 @@ void cut_alike(TriangleMesh& mesh, const std::vector<EdgeSide>& sides) {
                          sides[begin].triangle,
                          sides[begin + 1].triangle});
   });
+  // A triangle that was cut has other vertices than its edges here tell.
+  std::vector<char> was_cut(mesh.triangles.cols(), 0);
   for (const Diagonal& one : diagonals) {
     if (one.off < one.edge) continue;  // Once for both; in the order of edges.
     const auto other = std::ranges::lower_bound(diagonals, one.off, {}, &Diagonal::edge);
     if (other == diagonals.end() || other->edge != one.off || other->off != one.edge) continue;
+    if (was_cut[one.a] + was_cut[one.b] + was_cut[other->a] + was_cut[other->b] > 0) continue;
     const auto place = [&](int i) -> Vector3d { return mesh.vertices_m.col(i); };
     const Vector3d u = place(one.edge[1]) - place(one.edge[0]), v = place(one.off[0]) - place(one.edge[0]);
     const Vector3d w = place(one.off[1]) - place(one.edge[0]), n = u.cross(v);
@@ -86,6 +89,7 @@ void cut_alike(TriangleMesh& mesh, const std::vector<EdgeSide>& sides) {
     const int x = mesh.triangles.col(other->a).sum() - c - d, y = mesh.triangles.col(other->b).sum() - c - d;
     mesh.triangles.col(other->a) << x, c, y;
     mesh.triangles.col(other->b) << y, d, x;
+    was_cut[other->a] = was_cut[other->b] = 1;
   }
 }
 

@@ -9,6 +9,7 @@ from pathlib import Path
 # The sections of the report, in order, and the parts that each has. Figures whose id begins with growth_ go to Growth.
 SECTIONS = (
     ("The published timings", ("published", "limits")),
+    ("Truth beside other engines", ("truth",)),
     ("Speed against accuracy", ("grasp_force", "muscle", "contact", "finding", "pulp", "rate")),
     ("Sticking, sliding, converging", ("motion", "curved_surface", "edges")),
     ("Where methods fail", ("stability", "contact_families")),

@@ -44,6 +44,28 @@ struct Gltf {
     }
     return (*found)[index];
   }
+  /// Returns a count or an index, which some write as 3.0.
+  [[nodiscard]] std::size_t whole(const json& number, const char* key) const {
+    if (number.is_number_unsigned()) return number.get<std::size_t>();
+    constexpr double kMost = 9007199254740992.0;  // 2^53
+    const double value = number.is_number_float() ? number.get<double>() : -1.0;
+    if (!(value >= 0.0 && value <= kMost && value == std::floor(value))) fail(std::string(key) + " is no whole number");
+    return static_cast<std::size_t>(value);
+  }
+  [[nodiscard]] std::size_t whole_of(const json& of, const char* key,
+                                     std::optional<std::size_t> otherwise = std::nullopt) const {
+    const auto found = of.find(key);
+    if (found != of.end()) return whole(*found, key);
+    if (!otherwise) fail(std::string("lacks ") + key);
+    return *otherwise;
+  }
+  [[nodiscard]] std::vector<std::size_t> wholes_of(const json& of, const char* key) const {
+    std::vector<std::size_t> numbers;
+    const auto found = of.find(key);
+    if (found == of.end()) return numbers;
+    for (const json& number : *found) numbers.push_back(whole(number, key));
+    return numbers;
+  }
 };
 
 std::optional<std::string> from_base64(std::string_view text) {
@@ -128,13 +150,15 @@ std::pair<std::string_view, std::string_view> chunks_of(const Gltf& gltf, std::s
 struct Numbers {
   std::string_view bytes;
   std::size_t count, stride;
-  int type;            ///< Of a component, as in OpenGL.
+  std::size_t type;    ///< Of a component, as in OpenGL.
   bool is_normalized;  ///< Whole numbers stand for 0 .. 1, or -1 .. 1.
 
   [[nodiscard]] double at(std::size_t i, std::size_t k) const;
 };
 
-std::size_t component_size(int type) { return type == 5120 || type == 5121 ? 1 : type == 5122 || type == 5123 ? 2 : 4; }
+std::size_t component_size(std::size_t type) {
+  return type == 5120 || type == 5121 ? 1 : type == 5122 || type == 5123 ? 2 : 4;
+}
 
 template <typename Number>
 double component(const char* bytes, bool is_normalized) {
@@ -169,20 +193,20 @@ Numbers numbers_of(const Gltf& gltf, std::size_t index, std::size_t width) {
   if (accessor.contains("sparse")) gltf.fail(name + "sparse numbers are not read: save it without");
   if (!accessor.contains("bufferView")) gltf.fail(name + "has no numbers");
   Numbers numbers{.bytes = {},
-                  .count = accessor.at("count").get<std::size_t>(),
+                  .count = gltf.whole_of(accessor, "count"),
                   .stride = 0,
-                  .type = accessor.at("componentType").get<int>(),
+                  .type = gltf.whole_of(accessor, "componentType"),
                   .is_normalized = accessor.value("normalized", false)};
   if (numbers.type < 5120 || numbers.type > 5126 || numbers.type == 5124) gltf.fail(name + "unknown componentType");
   if (accessor.at("type") != (width == 3 ? "VEC3" : "SCALAR")) gltf.fail(name + "has another type than is needed");
-  const json& view = gltf.item("bufferViews", accessor.at("bufferView").get<std::size_t>());
-  const auto buffer = view.at("buffer").get<std::size_t>();
+  const json& view = gltf.item("bufferViews", gltf.whole_of(accessor, "bufferView"));
+  const std::size_t buffer = gltf.whole_of(view, "buffer");
   if (buffer >= gltf.buffers.size()) gltf.fail("buffers has no item " + std::to_string(buffer));
   const std::string_view all = gltf.buffers[buffer];
-  const auto begin = view.value("byteOffset", std::size_t{0}), size = view.at("byteLength").get<std::size_t>();
-  const auto offset = accessor.value("byteOffset", std::size_t{0});
+  const std::size_t begin = gltf.whole_of(view, "byteOffset", 0), size = gltf.whole_of(view, "byteLength");
+  const std::size_t offset = gltf.whole_of(accessor, "byteOffset", 0);
   const std::size_t each = width * component_size(numbers.type);
-  numbers.stride = view.value("byteStride", each);
+  numbers.stride = gltf.whole_of(view, "byteStride", each);
   const bool is_there = begin <= all.size() && size <= all.size() - begin && offset <= size;
   if (!is_there) gltf.fail(name + "the file is truncated: its buffer ends before it");
   numbers.bytes = all.substr(begin + offset, size - offset);
@@ -218,13 +242,13 @@ Affine3d transform_of(const Gltf& gltf, const json& node) {
 
 /// The corners of a primitive's triangles, three each, as places among its vertices.
 std::vector<std::size_t> triangles_of(const Gltf& gltf, const json& primitive, std::size_t vertices) {
-  constexpr int kTriangles = 4, kFan = 6;  // and strips between
-  const int mode = primitive.value("mode", kTriangles);
+  constexpr std::size_t kTriangles = 4, kFan = 6;  // and strips between
+  const std::size_t mode = gltf.whole_of(primitive, "mode", kTriangles);
   if (mode < kTriangles || mode > kFan) return {};
   std::vector<std::size_t> order(vertices);
   for (std::size_t i = 0; i < vertices; ++i) order[i] = i;
   if (primitive.contains("indices")) {
-    const auto accessor = primitive.at("indices").get<std::size_t>();
+    const std::size_t accessor = gltf.whole_of(primitive, "indices");
     const Numbers numbers = numbers_of(gltf, accessor, 1);
     order.resize(numbers.count);
     for (std::size_t i = 0; i < numbers.count; ++i) {
@@ -268,7 +292,7 @@ void add_primitive(const Gltf& gltf, const json& primitive, const Affine3d& X, M
     gltf.fail(std::string("is compressed (") + packed + "): save it without");
   }
   if (!primitive.at("attributes").contains("POSITION")) return;
-  const auto accessor = primitive.at("attributes").at("POSITION").get<std::size_t>();
+  const std::size_t accessor = gltf.whole_of(primitive.at("attributes"), "POSITION");
   const Numbers places = numbers_of(gltf, accessor, 3);
   const std::vector<std::size_t> corners = triangles_of(gltf, primitive, places.count);
   const std::size_t first = mesh.vertices();
@@ -290,13 +314,13 @@ void add_primitive(const Gltf& gltf, const json& primitive, const Affine3d& X, M
 /// The nodes that nothing is above, in the scene that is shown; all where there is none.
 std::vector<std::size_t> top_nodes(const Gltf& gltf) {
   if (gltf.root.contains("scenes") && !gltf.root.at("scenes").empty()) {
-    const json& scene = gltf.item("scenes", gltf.root.value("scene", std::size_t{0}));
-    return scene.value("nodes", std::vector<std::size_t>{});
+    const json& scene = gltf.item("scenes", gltf.whole_of(gltf.root, "scene", 0));
+    return gltf.wholes_of(scene, "nodes");
   }
   const std::size_t count = gltf.root.contains("nodes") ? gltf.root.at("nodes").size() : 0;
   std::vector<char> is_below(count, 0);
   for (std::size_t i = 0; i < count; ++i) {
-    for (const auto child : gltf.item("nodes", i).value("children", std::vector<std::size_t>{})) {
+    for (const std::size_t child : gltf.wholes_of(gltf.item("nodes", i), "children")) {
       if (child < count) is_below[child] = 1;
     }
   }
@@ -323,10 +347,10 @@ TriangleMesh mesh_of(const Gltf& gltf, std::vector<std::string>& notes) {
     const json& node = gltf.item("nodes", at.node);
     if (seen[at.node]++ != 0) gltf.fail("node " + std::to_string(at.node) + " is below two others");
     const Affine3d X = at.X_above * transform_of(gltf, node);
-    for (const auto child : node.value("children", std::vector<std::size_t>{})) open.push_back({child, X});
+    for (const std::size_t child : gltf.wholes_of(node, "children")) open.push_back({child, X});
     has_skin = has_skin || (node.contains("skin") && node.contains("mesh"));
     if (!node.contains("mesh")) continue;
-    const json& shape = gltf.item("meshes", node.at("mesh").get<std::size_t>());
+    const json& shape = gltf.item("meshes", gltf.whole_of(node, "mesh"));
     const auto weights = (node.contains("weights") ? node : shape).value("weights", std::vector<double>{});
     has_targets = has_targets || std::ranges::any_of(weights, [](double weight) { return weight != 0.0; });
     for (const json& primitive : shape.at("primitives")) add_primitive(gltf, primitive, X, mesh);

@@ -102,7 +102,7 @@ class RunReader {
   void see_scene(const ordered_json& scene) {
     source_ = fields_in(scene.at("fields"));
     // Before version 3 the forces of muscles with stiffness, whose scenes have this member, lacked what stretch adds.
-    if (scene.value("version", 1) < 3 && scene.contains("object_stiffness")) {
+    if (scene.value("version", 1.0) < 3.0 && scene.contains("object_stiffness")) {
       const auto forces = std::ranges::find(source_, "muscles_N", &Field::name);
       if (forces != source_.end()) forces->name = kUnstretched;
     }

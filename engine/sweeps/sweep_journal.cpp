@@ -63,7 +63,7 @@ ordered_json to_line(std::size_t row, const SweepRow& result, std::uint32_t plan
 /// Reads a line; nothing if it is truncated or another plan's.
 std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& text, std::uint32_t plan) try {
   const ordered_json line = ordered_json::parse(text);
-  if (line.at("plan") != plan) return std::nullopt;
+  if (line.at("plan") != plan || !line.at("row").is_number_unsigned()) return std::nullopt;
   const auto* const outcome =
       std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == to_string(o); });
   if (outcome == kOutcomes.end()) return std::nullopt;

@@ -160,7 +160,7 @@ class Analysis(unittest.TestCase):
                           for _, figures in groups for figure in figures)], ["Growth"])
         self.assertEqual(layout[-1][0], "Others")
         self.assertEqual([name for _, _, missing in layout for name in missing],
-                         ["limits", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "curved_surface", "edges",
+                         ["limits", "truth", "grasp_force", "muscle", "finding", "pulp", "rate", "motion", "curved_surface", "edges",
                           "contact_families",
                           "partial_slip", "reflex", "felt_margin", "pose_loop", "stiffness", "untuned_stiffness", "task",
                           "insertion", "model",
@@ -351,7 +351,7 @@ class Page(unittest.TestCase):
 
     def test_what_is_missing_is_named(self):
         said = re.findall("Not measured: (.*?)\\. ", "".join(self.read.words))
-        self.assertEqual(said, ["limits", "grasp_force, muscle, finding, pulp, rate", "motion, curved_surface, edges",
+        self.assertEqual(said, ["limits", "truth", "grasp_force, muscle, finding, pulp, rate", "motion, curved_surface, edges",
                                 "contact_families",
                                 "partial_slip, reflex, felt_margin, pose_loop", "stiffness, untuned_stiffness",
                                 "task, insertion", "model",

@@ -163,6 +163,24 @@ Polygon overlap(const BoxShape& a, const Isometry3d& X, const BoxShape& b) {
 
 // What lies on something rests if its middle is over the hull of the contacts: that must be all that the two faces
 // share, however the upper one is turned, leans, or hangs over.
+TEST(SolidContacts, AFaceThatLeansOnAnEdgeGivesTheNormal) {
+  // A plank that leans over the right edge of a beam, and lies on it with the width of the plank.
+  const BoxShape plank{{100e-3, 20e-3, 10e-3}}, beam{{20e-3, 100e-3, 10e-3}};
+  for (const double lean : {1e-6, 1e-3, 5e-3, 0.013, 0.0142, 0.05, 0.3}) {
+    SCOPED_TRACE(lean);
+    const Vector3d edge(10e-3, 0.0, 5e-3), n(std::sin(lean), 0.0, std::cos(lean));
+    const auto contacts = contacts_of(plank, beam, at(edge + 5e-3 * n, {0.0, lean, 0.0}), 0.01e-3);
+    int on_edge = 0;
+    for (const SolidContact& contact : contacts) {
+      if (std::abs(contact.p_m.x() - edge.x()) > 1e-6) continue;
+      ++on_edge;
+      EXPECT_NEAR(contact.gap_m, 0.0, kRounding_m);
+      EXPECT_LT((contact.n - n).norm(), 1e-12);
+    }
+    EXPECT_EQ(on_edge, 2);
+  }
+}
+
 TEST(SolidContacts, ContactsOfBoxesAreTheCornersOfWhatTheirFacesShare) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1.0, 1.0), size_m(10e-3, 100e-3);

@@ -121,6 +121,21 @@ TEST(TriangleMesh, CountsOpenEdgesAndEdgesAtOdds) {
   EXPECT_EQ(mend(strip).at_odds, 1);
 }
 
+TEST(TriangleMesh, AnyTrianglesKeepTheirCorners) {
+  // Few corners, many of them in one plane, so that faces lie on one another in every way.
+  constexpr int kCorners = 7;
+  for (unsigned seed = 1; seed <= 3000; ++seed) {
+    std::mt19937 random(seed);
+    TriangleMesh mesh{Eigen::Matrix3Xd(3, kCorners), Eigen::Matrix3Xi(3, 4 + seed % 12)};
+    for (int i = 0; i < kCorners; ++i) mesh.vertices_m.col(i) << i % 3, i / 3 % 2, i / 6;
+    for (int& corner : mesh.triangles.reshaped()) corner = static_cast<int>(random() % kCorners);
+    (void)mend(mesh);
+    for (const int corner : mesh.triangles.reshaped()) {
+      ASSERT_TRUE(corner >= 0 && corner < mesh.vertices_m.cols()) << "seed " << seed << ", corner " << corner;
+    }
+  }
+}
+
 TEST(TriangleMesh, CutsPolygonsThatAreNotConvex) {
   // A star of ten corners in a slanted plane, and a comb whose teeth hide each other.
   const Eigen::Matrix3d R = Eigen::AngleAxisd(1.0, Vector3d(1, 2, 3).normalized()).toRotationMatrix();

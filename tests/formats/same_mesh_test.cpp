@@ -292,7 +292,16 @@ TEST(SameMesh, RefusesBrokenGltf) {
   EXPECT_EQ(fault_of(glb(second), "a.glb"), "a.glb: accessor 0: the file is truncated: its buffer ends before it");
   EXPECT_TRUE(with(version, version + ", \"extensionsUsed\": [\"EXT_mesh_gpu_instancing\"]")
                   .starts_with("a.gltf: has copies of meshes"));
-  EXPECT_TRUE(with("\"POSITION\": 1", "\"POSITION\": \"one\"").starts_with("a.gltf: is broken: "));
+  // Counts and indexes are whole numbers, of any spelling.
+  EXPECT_EQ(with("\"POSITION\": 1", "\"POSITION\": 1.0"), "");
+  for (const char* const wrong : {"\"one\"", "-1", "0.5", "1e126", "[1]", "null"}) {
+    EXPECT_EQ(with("\"POSITION\": 1", std::string("\"POSITION\": ") + wrong), "a.gltf: POSITION is no whole number");
+    EXPECT_EQ(with("\"children\": [0]", std::string("\"children\": [") + wrong + "]"),
+              "a.gltf: children is no whole number");
+    EXPECT_EQ(with("\"indices\": 0", std::string("\"indices\": 0, \"mode\": ") + wrong),
+              "a.gltf: mode is no whole number");
+  }
+  EXPECT_EQ(with("\"indices\": 0", "\"indices\": 1e300"), "a.gltf: indices is no whole number");
   EXPECT_EQ(fault_of("{", "a.gltf"), "a.gltf: is no glTF file: its JSON is broken at byte 2");
 }
 
