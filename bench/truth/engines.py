@@ -35,7 +35,7 @@ class Engine:
         Path(folder).mkdir(parents=True, exist_ok=True)
         with open(Path(folder) / f"{name}.log", "wb") as log:  # What engines say beside their answers.
             self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log,
-                                             env={**os.environ, "TRUTH_FOLDER": str(folder)})
+                                             env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "TRUTH_FOLDER": str(folder)})
 
     def run(self, world):
         """Runs a world; an engine that refuses it raises RuntimeError."""
