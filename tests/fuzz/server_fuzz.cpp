@@ -58,10 +58,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   boost::asio::io_context io;
   tcp::socket client(io);
   boost::system::error_code fault;  // The server may end it at any time.
-  client.connect({boost::asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(std::stoi(kServed.port))}, fault);
+  // From one address after the other: of each one the ports of the last minute are not free yet.
+  static unsigned count = 0;
+  client.open(tcp::v4());
+  client.bind({boost::asio::ip::address_v4(0x7F000001U + count++ % 200U), 0}, fault);
+  const auto port = static_cast<std::uint16_t>(std::stoi(kServed.port));
+  if (!fault) client.connect({boost::asio::ip::address_v4::loopback(), port}, fault);
   if (fault) std::abort();
-  // Reset when all is read: ports of connections that ended are not kept, of which there are not enough for ten minutes.
-  client.set_option(boost::asio::socket_base::linger(true, 0), fault);
   boost::asio::write(client, boost::asio::buffer(bytes), fault);
   client.shutdown(tcp::socket::shutdown_send, fault);
   std::string answer;
