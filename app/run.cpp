@@ -231,10 +231,12 @@ int run(const Options& options) {
   print_answer(options, measures, summary, run, dump);
   if (dump != nullptr) results.attempt([&] { dump->finish(); });
   const int code = report_verdict(model.scene, run.recording.verdict);
+  const bool was_stopped = stop_is_asked();  // Then the verdict says so.
   if (has_signals && options.figures) {
     results.attempt([&] { draw(model, run, state, floor.jitter, options.out); });
   }
   results.finish();
+  if (stop_is_asked() && !was_stopped) std::cerr << "interrupted after the run had ended: its results are complete\n";
   return stop_is_asked() ? kInterrupted : code;
 }
 
