@@ -56,6 +56,7 @@ class SiconosWorld : public World {
     simulation_->insertInteractionManager(contacts_);
     simulation_->setNewtonTolerance(1e-10);
     simulation_->setNewtonMaxIteration(20);
+    simulation_->initialize();
   }
 
   void step(const Vector& force_N, const Vector& moment_Nm) override {
@@ -68,6 +69,9 @@ class SiconosWorld : public World {
       const double force = f.force_N - data_.finger_damping * dot(vector(*fingers_[k]->twist()), f.along);
       for (int i = 0; i < 3; ++i) (*presses_[k])(i) = force * f.along[i];
     }
+    // The scheme means the forces at both ends of a step; what it remembers of its start must be of the same load.
+    remember(*object_);
+    for (const auto& finger : fingers_) remember(*finger);
     simulation_->computeOneStep();
     simulation_->clearNSDSChangeLog();
     simulation_->nextStep();
@@ -93,6 +97,11 @@ class SiconosWorld : public World {
   }
 
  private:
+  static void remember(RigidBodyDS& body) {
+    body.computeForces(0.0, body.q(), body.twist());
+    body.swapInMemory();
+  }
+
   static constexpr int kOthers = 0, kObject = 1;  ///< Groups of shapes: only pairs of both have a law.
 
   template <class ShapePtr>
