@@ -32,13 +32,20 @@ class Engine:
 
     def __init__(self, name, command, folder):
         self.name, self.peer, self.version, self.build = name, PEERS[name], "", None
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        with open(Path(folder) / f"{name}.log", "wb") as log:  # What engines say beside their answers.
-            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log,
-                                             env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "TRUTH_FOLDER": str(folder)})
+        self._command, self._folder = command, Path(folder)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._log = open(self._folder / f"{name}.log", "wb")  # What engines say beside their answers.
+        self._start()
+
+    def _start(self):
+        self._process = subprocess.Popen(self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log,
+                                         env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "TRUTH_FOLDER": str(self._folder)})
 
     def run(self, world):
         """Runs a world; an engine that refuses it raises RuntimeError."""
+        if self.peer.get("fresh"):
+            self._end()
+            self._start()
         self._process.stdin.write((json.dumps(world) + "\n").encode())
         self._process.stdin.flush()
         head = self._process.stdout.readline()
@@ -51,9 +58,13 @@ class Engine:
         size = 8 * head["rows"] * head["columns"]
         return Run(world, numpy.frombuffer(self._process.stdout.read(size)).reshape(head["rows"], head["columns"]))
 
-    def close(self):
+    def _end(self):
         self._process.stdin.close()
         self._process.wait()
+
+    def close(self):
+        self._end()
+        self._log.close()
 
 
 def commands(build):
