@@ -48,7 +48,7 @@ Path run_in_one_loop(const Model& model, State& state, double from_s, double unt
       forward_kinematics(scene.hand, state.q, controller.pose);
       for (int k = 0; k < scene.hand.fingers(); ++k) frame.X_WF[k] = controller.pose.distal(scene.hand, k);
       find_frame_contacts(model, controller.pose, state, controller.search, frame);
-      fill_kernels(model, frame);
+      controller.compliance.update(model, frame);
     }
     frame.sequence = sequence;
     while (drives.size() > 1 && drives[1].first <= state.tick) drives.pop_front();

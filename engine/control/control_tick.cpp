@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "engine/control/control_period.h"
-#include "engine/grasp/compliance.h"
 #include "engine/grasp/stopwatch.h"
 
 namespace thenar {
@@ -80,7 +79,7 @@ ControlReport control_tick(const Model& model, const ContactSnapshot& snapshot, 
     for (std::size_t k = 0; k < model.pulps.size(); ++k) {
       frame.softness[k] = softness(model.pulps[k].material, snapshot.load[k].normal_N);
     }
-    fill_kernels(model, frame);
+    controller.compliance.update(model, frame);
     report.factors_s = stage.lap();
   };
   if (scene.muscles_act()) {

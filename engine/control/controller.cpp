@@ -10,7 +10,8 @@ Controller::Controller(const Model& model)
       f_muscle(Eigen::VectorXd::Zero(static_cast<Index>(model.scene.hand.muscles.size()))),
       H(static_cast<Index>(model.scene.hand.joints.size()), f_muscle.size()),
       afference(model),
-      search(model) {
+      search(model),
+      compliance(model) {
   most_N.resize(f_muscle.size());
   for (Index m = 0; m < most_N.size(); ++m) most_N[m] = model.scene.hand.muscles[m].max_force_N;
   q_rest = model.scene.posture;

@@ -11,6 +11,7 @@
 #include "engine/control/reflex.h"
 #include "engine/control/stiff_control.h"
 #include "engine/control/task_run.h"
+#include "engine/grasp/compliance.h"
 #include "engine/grasp/contact_search.h"
 #include "engine/grasp/model.h"
 #include "engine/hand/muscles.h"
@@ -91,6 +92,7 @@ class Controller {
   bool looks = false;                         ///< True if the grasp is evaluated for a stiffness: once it holds.
   std::optional<StiffnessControl> stiffness;  ///< Nothing where no stiffness is chosen.
   ContactSearch search;
+  KeptCompliance compliance;
   OwnControl own;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "engine/grasp/delassus.h"
@@ -13,6 +14,32 @@ namespace thenar {
 /// Computes the compliance among the contacts that the frame holds, of the pulps and of a soft object. The axes are
 /// those that the contacts have in a tick (ContactKinematics).
 void fill_kernels(const Model& model, Frame& frame);
+
+/// Keeps the compliance of frames while it is the same from one to the next, as in most of them: the same contacts in
+/// order, each a whole cell, with the same softness. Then frames have the same edition, for which the sweeps keep their
+/// blocks, too.
+class KeptCompliance {
+ public:
+  explicit KeptCompliance(const Model& model);
+
+  /// Computes the compliance of the next frame, unless the frame has that of its edition already.
+  void update(const Model& model, Frame& frame);
+  /// Lets the next frame have another edition in any case, as for another model.
+  void forget() { whole_ = false; }
+
+  template <typename Archive>
+  friend void members(Archive& a, KeptCompliance& x) {
+    a(x.edition_, x.whole_, x.begin_, x.control_points_, x.softness_);
+  }
+
+ private:
+  [[nodiscard]] bool is_the_same(const Frame& frame) const;
+
+  std::int64_t edition_ = 0;
+  bool whole_ = false;  // True if the compliance is that of the members below.
+  std::vector<Eigen::Index> begin_, control_points_;
+  PerFinger<double> softness_;
+};
 
 /// Workspace of deform, for one finger at a time.
 struct PulpLoads {

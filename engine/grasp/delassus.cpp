@@ -194,7 +194,7 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
   if (model.deformable()) {
     W.compliance = frame.compliance;
     // Axes of contacts that fade change from tick to tick.
-    W.edition = std::ranges::any_of(frame.contacts, &FrameContact::fades) ? -1 : frame.sequence;
+    W.edition = std::ranges::any_of(frame.contacts, &FrameContact::fades) ? -1 : frame.compliance_edition;
     W.compliance_scale = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);
     W.group_scale = {kinematics.pulp_share.data(), kinematics.pulp_share.size()};
     W.common_compliance = object_compliance(model, frame, kinematics.object_tensors);

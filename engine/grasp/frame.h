@@ -70,6 +70,7 @@ struct Frame {
   std::vector<FrameContact> left_out;
   PerFinger<SmallPatch> small;
   std::vector<SurfaceCompliance> compliance;  ///< Compliance among a finger's contacts, with its softness.
+  std::int64_t compliance_edition = -1;       ///< Its number, which frames have in common while it is the same.
   PerFinger<double> softness;                 ///< Share of a pulp's compliance left under its load; 1 without load.
   Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
   JointVector torque_Nm;                      ///< tau - g: drive of the fingers without contact and

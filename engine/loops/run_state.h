@@ -111,10 +111,10 @@ void members(Archive& a, Belly& x) {
 
 template <typename Archive>
 void members(Archive& a, Frame& x) {
-  auto& [sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, softness, object_kernel, torque_Nm,
-         muscle_N, bellies, q, q_rest, turning, wrench, arm] = x;
-  a(sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, softness, object_kernel, torque_Nm,
-    muscle_N, bellies, q, q_rest, turning, wrench, arm);
+  auto& [sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, compliance_edition, softness,
+         object_kernel, torque_Nm, muscle_N, bellies, q, q_rest, turning, wrench, arm] = x;
+  a(sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, compliance_edition, softness,
+    object_kernel, torque_Nm, muscle_N, bellies, q, q_rest, turning, wrench, arm);
 }
 
 template <typename Archive>
@@ -234,7 +234,8 @@ void members(Archive& a, ContactSearch& x) {
 template <typename Archive>
 void members(Archive& a, Controller& x) {
   a(x.sequence, x.last_tick, x.period_s, x.acting_share, x.pid, x.pid_phase, x.pid_integrates, x.borne, x.filter,
-    x.f_desired, x.f_muscle, x.q_rest, x.afference, x.reflex, x.task, x.q_free, x.looks, x.stiffness, x.search);
+    x.f_desired, x.f_muscle, x.q_rest, x.afference, x.reflex, x.task, x.q_free, x.looks, x.stiffness, x.search,
+    x.compliance);
 }
 
 template <typename Archive>
