@@ -56,7 +56,8 @@ void forget(SweepWorkspace& work) {
   work.d_moved.topRows(rows).setZero();
   work.d_f.topRows(rows).setZero();
   work.gram.setZero();
-  work.results = 0;
+  work.differences = 0;
+  work.has_last = false;
   work.least_change = std::numeric_limits<double>::infinity();
 }
 
@@ -91,8 +92,8 @@ Window solve_definite(Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorksp
 void remember(SweepWorkspace& work, const VectorRef& f) {
   const Index rows = rows_used(work);
   const auto change = work.change.head(rows), moved = work.moved.head(rows);
-  if (work.results > 0) {
-    const Index newest = (work.results - 1) % SweepWorkspace::kWindow;
+  if (work.has_last) {
+    const Index newest = work.differences++ % SweepWorkspace::kWindow;
     work.d_change.col(newest).head(rows) = change - work.change_last.head(rows);
     work.d_moved.col(newest).head(rows) = moved - work.moved_last.head(rows);
     for (const Group& group : work.groups) {
@@ -104,13 +105,13 @@ void remember(SweepWorkspace& work, const VectorRef& f) {
   work.change_last.head(rows) = change;
   work.moved_last.head(rows) = moved;
   work.f_last.head(f.size()) = f;
-  ++work.results;
+  work.has_last = true;
 }
 
 /// Updates the newest difference's row of the Gram matrix; returns the differences times the change.
 Window products(SweepWorkspace& work) {
   constexpr int n = SweepWorkspace::kWindow;
-  const Index rows = rows_used(work), newest = (work.results - 2) % n;
+  const Index rows = rows_used(work), newest = (work.differences - 1) % n;
   Lanes gram[n] = {}, right[n] = {};
   for (Index r = 0; r < rows; r += kLanes) {
     const Lanes d_newest = load(&work.d_change(r, newest)), change = load(&work.change[r]);
@@ -163,7 +164,9 @@ void start_sweeps(SweepWorkspace& work) {
   const Index rows = rows_used(work);
   work.moved.head(rows).setZero();
   work.change.head(rows).setZero();
-  forget(work);
+  if (!work.goes_on) return forget(work);
+  work.has_last = false;
+  work.least_change = std::numeric_limits<double>::infinity();
 }
 
 void gaps_are_exact(SweepWorkspace& work) {
@@ -279,7 +282,7 @@ void accelerate(double change_N, SweepWorkspace& work, VectorOut f) {
   if (change_N > kGrown * work.least_change) forget(work);
   work.least_change = std::min(work.least_change, change_N);
   remember(work, f);
-  if (work.results < 2) return;
+  if (work.differences == 0) return;
 
   const Window right = products(work);
   Eigen::Matrix<double, SweepWorkspace::kWindow, SweepWorkspace::kWindow> ridged = work.gram;

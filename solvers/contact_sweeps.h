@@ -124,6 +124,10 @@ struct SweepWorkspace {
   std::vector<LocalStep> local;  ///< Local step of each contact, filled by the caller.
   Eigen::VectorXf blocks;
   bool coupled = false;  ///< True if groups are coupled, by J_common J_common'.
+  /// True if the contacts are those of the last sweeps, and W is nearly theirs: filled by the caller. Then differences of
+  /// the last sweeps are a first guess of how changes come about, as in quasi-Newton methods for coupled problems that
+  /// keep those of earlier steps [Degroote, Bathe, Vierendeels 2009].
+  bool goes_on = false;
   /// Columns of which blocks are made, then J_common, both times the roots of the mobilities; its padding holds a fifth
   /// column for blocks. Rows are those of the groups, with zero padding.
   Eigen::Matrix<float, Eigen::Dynamic, kOwn + kCommon> J;
@@ -139,11 +143,12 @@ struct SweepWorkspace {
   Eigen::VectorXd f_last;
   Columns d_change, d_moved, d_f;
   Eigen::Matrix<double, kWindow, kWindow> gram;
-  int results = 0;  ///< Results since the last restart; the newest difference is in column (results - 2) % kWindow.
+  int differences = 0;    ///< Since the last restart; the newest is in column (differences - 1) % kWindow.
+  bool has_last = false;  ///< True if there is a last result.
   double least_change = 0.0;
 };
 
-/// Resets the sweeps' state, for gaps that were just computed.
+/// Resets the sweeps' state, for gaps that were just computed; without the differences where the workspace goes on.
 void start_sweeps(SweepWorkspace& work);
 
 /// Updates the force of each contact in turn; returns the 2-norm of the changes [N].

@@ -161,6 +161,8 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   const SharedCompliance& shared = W.common_compliance;
   work.lay_out(W.begin, static_cast<bool>(shared), problem.ground != nullptr);
   work.coupled = !shared;
+  work.goes_on = W.list >= 0 && W.list == grouped.list;
+  grouped.list = W.list;
   constexpr int kOwn = GroupedDelassus::kOwn, kCommon = GroupedDelassus::kPadded;
   const float own_root = static_cast<float>(std::sqrt(W.own_mobility));
   const Eigen::Matrix<float, kCommon, 1> common_root = W.common_mobility.cwiseSqrt().cast<float>();
@@ -393,6 +395,7 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
       solution.f.setZero();
       stand_on(*problem.ground, GroupedDelassus::CommonMotion::Zero(), work);
       linearise(*problem.ground, work);
+      work.list = -1;
       fill(problem, work);
       report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution, acting_N);
     }
@@ -402,6 +405,7 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
   }
   if (report.status == SolveStatus::kNotFinite) {
     report = not_finite(report.sweeps, solution);
+    work.list = -1;
     work.own_motion.setZero();
     work.common_motion.setZero();
     work.surface_motion.setZero();

@@ -82,6 +82,7 @@ struct GroupedDelassus {
   double compliance_scale = 1.0;                  ///< s.
   std::span<const double> group_scale = {};       ///< Factor of s for each group; empty: 1.
   SharedCompliance common_compliance = {};
+  std::int64_t list = -1;     ///< Equal in calls with the same contacts; < 0: unlike any other.
   std::int64_t edition = -1;  ///< Equal in calls with the same contacts and compliance; < 0: unlike any other.
 
   [[nodiscard]] Eigen::Index groups() const { return std::ssize(begin) - 1; }
@@ -158,6 +159,7 @@ struct GroupedWorkspace {
   Eigen::Matrix<float, Eigen::Dynamic, 3> tensors;
   Eigen::VectorXf shared_rows;
   Eigen::MatrixX3d shared_sums;
+  std::int64_t list = -1;     // Contacts of the last sweeps.
   std::int64_t edition = -1;  // Edition of which the blocks were made.
   double compliance_scale = 0.0;
   decltype(SweepWorkspace::J) J_then;
@@ -177,7 +179,8 @@ void find_motion(const GroupedDelassus& W, const Eigen::Ref<const Eigen::VectorX
 /// Solves a contact problem as solve_contacts does with a dense W, without forming W: the Jacobians may change in every
 /// call. Each group's own block of W is made in single precision, 14 multiply-adds an entry, and swept; groups are
 /// coupled by the common body. Where that is compliant, blocks have whole columns, 9 multiply-adds an entry. While W's
-/// edition lasts, and its Jacobians hardly change, blocks are kept from call to call.
+/// edition lasts, and its Jacobians hardly change, blocks are kept from call to call; while its list lasts, what sweeps
+/// have learned.
 /// A ground is eliminated: in the sweeps the body has the mobility that its ground contacts leave, and after each sweep
 /// it is moved to where the ground's laws hold exactly under the groups' forces: see solve_ground.
 /// Cost      With m contacts a group, 9 m n multiply-adds a sweep; where the common body is compliant, 9 n^2.

@@ -76,23 +76,26 @@ void fill_kernels(const Model& model, Frame& frame) {
 KeptCompliance::KeptCompliance(const Model& model)
     : begin_(model.fingers() + 1), control_points_(model.max_contacts), softness_(model.fingers()) {}
 
-bool KeptCompliance::is_the_same(const Frame& frame) const {
-  return whole_ && frame.begin == begin_ && std::ranges::equal(frame.softness, softness_) &&
+bool KeptCompliance::has_contacts_of(const Frame& frame) const {
+  return known_ && frame.begin == begin_ &&
          std::equal(frame.contacts.begin(), frame.contacts.end(), control_points_.begin(),
                     [](const FrameContact& contact, Index c) { return contact.control_point == c; });
 }
 
 void KeptCompliance::update(const Model& model, Frame& frame) {
-  const bool whole = !model.soft_object() && std::ranges::all_of(frame.contacts, [](const FrameContact& contact) {
+  const bool same = has_contacts_of(frame), was_whole = whole_;
+  whole_ = !model.soft_object() && std::ranges::all_of(frame.contacts, [](const FrameContact& contact) {
     return !contact.fades() && !(contact.area_m2 > 0.0);
   });
-  if (!whole || !is_the_same(frame)) {
-    ++edition_;
-    whole_ = whole;
+  if (!same) {
+    ++list_;
+    known_ = true;
     begin_ = frame.begin;
-    softness_ = frame.softness;
     std::ranges::transform(frame.contacts, control_points_.begin(), &FrameContact::control_point);
   }
+  if (!same || !whole_ || !was_whole || !std::ranges::equal(frame.softness, softness_)) ++edition_;
+  softness_ = frame.softness;
+  frame.list = list_;
   if (frame.compliance_edition == edition_) return;
   fill_kernels(model, frame);
   frame.compliance_edition = edition_;

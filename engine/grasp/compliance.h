@@ -16,27 +16,28 @@ namespace thenar {
 void fill_kernels(const Model& model, Frame& frame);
 
 /// Keeps the compliance of frames while it is the same from one to the next, as in most of them: the same contacts in
-/// order, each a whole cell, with the same softness. Then frames have the same edition, for which the sweeps keep their
-/// blocks, too.
+/// order, each a whole cell, with the same softness. The sweeps then keep their blocks, too; and while the contacts are
+/// the same, what they have learned.
 class KeptCompliance {
  public:
   explicit KeptCompliance(const Model& model);
 
-  /// Computes the compliance of the next frame, unless the frame has that of its edition already.
+  /// Numbers the contacts and the compliance of the next frame, and computes this unless the frame has it already.
   void update(const Model& model, Frame& frame);
-  /// Lets the next frame have another edition in any case, as for another model.
-  void forget() { whole_ = false; }
+  /// Lets the next frame have other numbers in any case, as for another model.
+  void forget() { known_ = false; }
 
   template <typename Archive>
   friend void members(Archive& a, KeptCompliance& x) {
-    a(x.edition_, x.whole_, x.begin_, x.control_points_, x.softness_);
+    a(x.list_, x.edition_, x.known_, x.whole_, x.begin_, x.control_points_, x.softness_);
   }
 
  private:
-  [[nodiscard]] bool is_the_same(const Frame& frame) const;
+  [[nodiscard]] bool has_contacts_of(const Frame& frame) const;
 
-  std::int64_t edition_ = 0;
-  bool whole_ = false;  // True if the compliance is that of the members below.
+  std::int64_t list_ = 0, edition_ = 0;
+  bool known_ = false;  // True if the last contacts are those of the members below.
+  bool whole_ = false;  // True if their compliance follows from them and the softness.
   std::vector<Eigen::Index> begin_, control_points_;
   PerFinger<double> softness_;
 };

@@ -15,6 +15,7 @@ ContactMemory::ContactMemory(const Model& model, const FramePolicy& frame_policy
     : policy(frame_policy),
       offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
       f(Eigen::VectorXd::Zero(3 * model.max_contacts)),
+      change_N(Eigen::MatrixX2d::Zero(3 * model.max_contacts, 2)),
       torque_Nm(model.scene.hand.at_zero()),
       resumed_Nm(model.scene.hand.at_zero()),
       q_held(model.scene.hand.at_zero()),

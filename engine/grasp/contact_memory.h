@@ -34,7 +34,8 @@ struct ContactMemory {
   std::int64_t sequence = -1;          ///< Number of the frame of f and the contacts.
   std::vector<FrameContact> contacts;  ///< Contacts of that frame, for the hand-over to the next one.
   Eigen::VectorXd offset_m;            ///< e: offset added to the contacts' gaps since the hand-over; n.
-  Eigen::VectorXd f;                   ///< Forces of the last tick, contact rows: the next first guess [N].
+  Eigen::VectorXd f;                   ///< Forces of the last tick, contact rows [N].
+  Eigen::MatrixX2d change_N;           ///< Its changes by the last tick and by the one before; of new contacts 0.
   JointStops stops;                    ///< Stops of the last tick.
   JointVector torque_Nm;               ///< Drive of the fingers in the last tick.
   JointVector resumed_Nm;              ///< Rest of the step in the drive at the end of a hold.

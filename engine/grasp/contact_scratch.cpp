@@ -14,9 +14,11 @@ EnvironmentContacts environment_of(const Model& model) {
 ContactScratch::ContactScratch(const Model& model)
     : kinematics(model),
       old_offset_m(Eigen::VectorXd::Zero(model.max_contacts)),
+      old_change_N(Eigen::MatrixX2d::Zero(3 * model.max_contacts, 2)),
       delta_free(3 * model.max_contacts),
       delta(3 * model.max_contacts),
       mu(Eigen::VectorXd::Constant(model.max_contacts, model.scene.contact.friction)),
+      f_then(3 * model.max_contacts),
       f_first(3 * model.max_contacts),
       environment(environment_of(model)),
       environment_again(environment_of(model)),

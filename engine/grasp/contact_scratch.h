@@ -19,10 +19,12 @@ namespace thenar {
 struct ContactScratch {
   explicit ContactScratch(const Model& model);
 
-  ContactKinematics kinematics;  ///< Kinematics of the frame's contacts, at the start of the tick.
-  Eigen::VectorXd old_offset_m;  ///< Offsets of the last frame.
+  ContactKinematics kinematics;   ///< Kinematics of the frame's contacts, at the start of the tick.
+  Eigen::VectorXd old_offset_m;   ///< Offsets of the last frame.
+  Eigen::MatrixX2d old_change_N;  ///< Likewise.
   Eigen::VectorXd delta_free, delta, mu;
-  Eigen::VectorXd f_first;                ///< Start of the last solve: the forces of the tick before it.
+  Eigen::VectorXd f_then;                 ///< Forces of the tick before it, at its own contacts.
+  Eigen::VectorXd f_first;                ///< Start of the last solve.
   Mobility mobility{};                    ///< Mobility in the last tick; zero for joints at their stops.
   EnvironmentContacts environment;        ///< Contacts of the last tick, for a scene with an environment.
   EnvironmentContacts environment_again;  ///< Scratch.

@@ -195,6 +195,18 @@ void report_contacts(const Frame& frame, const ContactMemory& memory, const Cont
   }
 }
 
+/// Lets the forces go on changing as in the last two ticks if these changed them alike. Of a motion that is smooth this
+/// leaves an error of second order in the step, where the last forces have one of first order. Forces at rigid
+/// fingertips need not be unique: there, some that move nothing would go on for ever.
+void foresee_forces(const Model& model, const Frame& frame, ContactMemory& memory) {
+  const Index rows = 3 * frame.size();
+  const auto change = memory.change_N.col(0).head(rows), before = memory.change_N.col(1).head(rows);
+  if (!model.deformable() || !((change - before).squaredNorm() < change.squaredNorm())) return;
+  for (Index row = 0; row < rows; row += 3) {
+    if (memory.f[row] + change[row] > 0.0) memory.f.segment<3>(row) += change.segment<3>(row);
+  }
+}
+
 /// The forces of contact and of the joints' stops, and how they and the drive move the bodies.
 RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& drive, const State& state,
                          ContactMemory& memory, ContactScratch& work, TickReport& report) {
@@ -413,7 +425,12 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   report.assemble_s = watch.lap();
 
   if (scene.environment) look_around(model, drive.mobility, drive.wrench, state, work.environment);
+  const Index rows = 3 * frame.size();
+  work.f_then.head(rows) = memory.f.head(rows);
+  foresee_forces(model, frame, memory);
   const RigidMotion motion = solve_motion(model, frame, drive, state, memory, work, report);
+  memory.change_N.col(1).head(rows) = memory.change_N.col(0).head(rows);
+  memory.change_N.col(0).head(rows) = memory.f.head(rows) - work.f_then.head(rows);
   report_contacts(frame, memory, work, report);
   const bool moved =
       report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work.kinematics, memory.f, motion, state);
@@ -422,6 +439,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   if (moved && scene.environment) keep_environment(memory, work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {
+    memory.change_N.setZero();
     work.patches.clear();
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
     report.ledger = {};

@@ -193,6 +193,7 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
   W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
     W.compliance = frame.compliance;
+    W.list = frame.list;
     // Axes of contacts that fade change from tick to tick.
     W.edition = std::ranges::any_of(frame.contacts, &FrameContact::fades) ? -1 : frame.compliance_edition;
     W.compliance_scale = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);

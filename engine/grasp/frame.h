@@ -70,12 +70,14 @@ struct Frame {
   std::vector<FrameContact> left_out;
   PerFinger<SmallPatch> small;
   std::vector<SurfaceCompliance> compliance;  ///< Compliance among a finger's contacts, with its softness.
-  std::int64_t compliance_edition = -1;       ///< Its number, which frames have in common while it is the same.
-  PerFinger<double> softness;                 ///< Share of a pulp's compliance left under its load; 1 without load.
-  Eigen::MatrixXd object_kernel;              ///< k_ij of a soft object, among all contacts; of a rigid one none.
-  JointVector torque_Nm;                      ///< tau - g: drive of the fingers without contact and
-                                              ///< without their slides' own forces.
-  MuscleVector muscle_N;                      ///< Commanded muscle forces f of tau = H f; empty without muscles.
+  /// Numbers of the contacts, and of them with their compliance, that frames have in common while these are the same:
+  /// see KeptCompliance. < 0: unlike any other.
+  std::int64_t list = -1, compliance_edition = -1;
+  PerFinger<double> softness;     ///< Share of a pulp's compliance left under its load; 1 without load.
+  Eigen::MatrixXd object_kernel;  ///< k_ij of a soft object, among all contacts; of a rigid one none.
+  JointVector torque_Nm;          ///< tau - g: drive of the fingers without contact and
+                                  ///< without their slides' own forces.
+  MuscleVector muscle_N;          ///< Commanded muscle forces f of tau = H f; empty without muscles.
   // For a scene whose muscles act on the contact side (Scene::muscles_act), else empty:
   std::vector<Belly> bellies;      ///< Bellies at the snapshot.
   JointVector q;                   ///< Joint angles at the snapshot, to which the above refers.

@@ -38,16 +38,22 @@ void for_each_dropped(const Frame& frame, const std::vector<ContactForce>& force
   }
 }
 
+/// Calls back with each of the frame's contacts, by index, and the index of its force; -1 if it has none.
+template <typename See>
+void for_each_contact(const Frame& frame, const std::vector<ContactForce>& forces, const See& see) {
+  auto old = forces.begin();
+  for (Index i = 0; i < frame.size(); ++i) {
+    while (old != forces.end() && id_of(*old) < id_of(frame.contacts[i])) ++old;
+    const bool known = old != forces.end() && id_of(*old) == id_of(frame.contacts[i]);
+    see(i, known ? old - forces.begin() : -1);
+  }
+}
+
 }  // namespace
 
 void carry_forces(const Model& model, const Frame& frame, const std::vector<ContactForce>& forces, Eigen::VectorXd& f) {
-  auto old = forces.begin();
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    while (old != forces.end() && id_of(*old) < id_of(contact)) ++old;
-    const bool known = old != forces.end() && id_of(*old) == id_of(contact);
-    f.segment<3>(3 * i) = known ? old->f_C : Vector3d::Zero();
-  }
+  for_each_contact(frame, forces,
+                   [&](Index i, Index old) { f.segment<3>(3 * i) = old >= 0 ? forces[old].f_C : Vector3d::Zero(); });
   if (!model.deformable()) return;
   for_each_dropped(frame, forces, [&](const ContactForce& force) {
     if (force.f_C[0] > 0.0) share_force(model, frame, force, f);
@@ -58,6 +64,15 @@ double hand_over(const Model& model, const Frame& frame, State& state, ContactMe
   double dropped_J = 0.0;
   for_each_dropped(frame, state.forces, [&](const ContactForce& force) { dropped_J += force.held_J; });
   carry_forces(model, frame, state.forces, memory.f);
+  std::swap(memory.change_N, work.old_change_N);
+  for_each_contact(frame, state.forces, [&](Index i, Index old) {
+    auto change = memory.change_N.middleRows<3>(3 * i);
+    if (old >= 0) {
+      change = work.old_change_N.middleRows<3>(3 * old);
+    } else {
+      change.setZero();
+    }
+  });
   if (memory.policy.offset_decay_s > 0.0) {
     // The old gaps, with the old loads on a soft object.
     for (Index i = 0; i < std::ssize(memory.contacts); ++i) {

@@ -111,9 +111,9 @@ void members(Archive& a, Belly& x) {
 
 template <typename Archive>
 void members(Archive& a, Frame& x) {
-  auto& [sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, compliance_edition, softness,
+  auto& [sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, list, compliance_edition, softness,
          object_kernel, torque_Nm, muscle_N, bellies, q, q_rest, turning, wrench, arm] = x;
-  a(sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, compliance_edition, softness,
+  a(sequence, tick, X_WO, X_WF, contacts, begin, left_out, small, compliance, list, compliance_edition, softness,
     object_kernel, torque_Nm, muscle_N, bellies, q, q_rest, turning, wrench, arm);
 }
 
@@ -150,15 +150,17 @@ void members(Archive& a, LocalStep& x) {
 /// Visits the members that a solve inherits from the one before; it recomputes the rest.
 template <typename Archive>
 void members(Archive& a, GroupedWorkspace& x) {
-  a(x.edition, x.compliance_scale, x.J_then, x.sweeps.J, x.sweeps.local, x.sweeps.blocks, x.ground.x,
-    x.ground.inverse_slope, x.ground.has_slope);
+  a(x.list, x.edition, x.compliance_scale, x.J_then, x.sweeps.J, x.sweeps.local, x.sweeps.blocks, x.sweeps.d_change,
+    x.sweeps.d_moved, x.sweeps.d_f, x.sweeps.gram, x.sweeps.differences, x.ground.x, x.ground.inverse_slope,
+    x.ground.has_slope);
 }
 
 template <typename Archive>
 void members(Archive& a, ContactMemory& x) {
-  auto& [policy, sequence, contacts, offset_m, f, stops, torque_Nm, resumed_Nm, q_held, torque_held_Nm, touch_noise,
-         solver] = x;
-  a(policy, sequence, contacts, offset_m, f, stops, torque_Nm, resumed_Nm, q_held, torque_held_Nm, touch_noise, solver);
+  auto& [policy, sequence, contacts, offset_m, f, change_N, stops, torque_Nm, resumed_Nm, q_held, torque_held_Nm,
+         touch_noise, solver] = x;
+  a(policy, sequence, contacts, offset_m, f, change_N, stops, torque_Nm, resumed_Nm, q_held, torque_held_Nm,
+    touch_noise, solver);
 }
 
 template <typename Archive>

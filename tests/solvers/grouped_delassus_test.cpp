@@ -282,6 +282,69 @@ TEST(GroupedDelassus, BlocksAreOfOneEditionAndStep) {
   EXPECT_TRUE(made_anew(-1, 0.3));
 }
 
+/// Solves problems of the same contacts that change a little from one to the next, each from the last one's forces, and
+/// from what was learned where `keeps`. Returns the sweeps.
+int sweeps_along(unsigned seed, bool keeps) {
+  std::mt19937 random(seed);
+  RandomGroups problem(kSizes[seed % kSizes.size()], true, random, seed >= 10);
+  const Index n = problem.contacts();
+  GroupedWorkspace work = problem.workspace();
+  VectorXd f = VectorXd::Zero(3 * n), delta(3 * n);
+  const MatrixXd way = 1e-7 * random_matrix(3 * n, 1, random);
+  int sweeps = 0;
+  for (int tick = 0; tick < 20; ++tick) {
+    problem.delta_free += way;
+    problem.J_own += 1e-3 * random_matrix(problem.J_own.rows(), GroupedDelassus::kOwn, random);
+    GroupedContactProblem now = problem;
+    if (keeps) now.W.list = 7;
+    const SolveReport report = solve_contacts(now, {1e-8, 2000}, work, {f, delta});
+    EXPECT_EQ(report.status, SolveStatus::kConverged);
+    const ContactData dense{problem.dense(), problem.delta_free, problem.mu};
+    EXPECT_LE(natural_map(dense, f, dense.W * f + dense.delta_free).norm, 1.01e-8);
+    if (tick > 0) sweeps += report.sweeps;
+  }
+  return sweeps;
+}
+
+// What the last sweeps have learned of the same contacts saves sweeps. It is no part of the result: the residual is that
+// of the problem as it is, written out.
+TEST(GroupedDelassus, SweepsGoOnWithWhatTheyLearned) {
+  int kept = 0, anew = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    kept += sweeps_along(seed, true);
+    anew += sweeps_along(seed, false);
+  }
+  EXPECT_LE(kept, 0.8 * anew) << kept << " of " << anew;
+}
+
+// Nothing is learned for other contacts, nor where a solve was not finite: then sweeps do to the last bit what they
+// would do at first.
+TEST(GroupedDelassus, SweepsLearnNothingOfOtherContacts) {
+  for (const bool fails : {false, true}) {
+    SCOPED_TRACE(fails);
+    std::mt19937 random(3);
+    const RandomGroups problem({6, 5, 4}, true, random), other({6, 5, 4}, true, random);
+    const Index n = problem.contacts();
+    GroupedWorkspace work = problem.workspace(), fresh = problem.workspace();
+    VectorXd f = VectorXd::Zero(3 * n), g = f, delta(3 * n);
+    GroupedContactProblem first = other;
+    first.W.list = 1;
+    ASSERT_EQ(solve_contacts(first, {1e-8, 2000}, work, {f, delta}).status, SolveStatus::kConverged);
+    RandomGroups broken = other;
+    broken.delta_free[4] = std::numeric_limits<double>::quiet_NaN();
+    first = broken;
+    first.W.list = 1;
+    if (fails) ASSERT_EQ(solve_contacts(first, {1e-8, 2000}, work, {f, delta}).status, SolveStatus::kNotFinite);
+    GroupedContactProblem now = problem;
+    now.W.list = fails ? 1 : 2;
+    f.setZero();
+    const SolveReport report = solve_contacts(now, {1e-8, 2000}, work, {f, delta});
+    EXPECT_EQ(solve_contacts(problem, {1e-8, 2000}, fresh, {g, delta}).sweeps, report.sweeps);
+    EXPECT_EQ(f, g);
+  }
+}
+
 // Rigid fingertips: 10 freedoms a group for up to 60 rows. Forces are not unique, the residual tells.
 TEST(GroupedDelassus, NeedsNoCompliance) {
   for (unsigned seed = 0; seed < 10; ++seed) {
