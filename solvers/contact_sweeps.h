@@ -194,8 +194,8 @@ inline SolveReport finish_sweeps(const Residual& residual, double tolerance, Sol
 }
 
 /// Sweeps from f until the residual is where the settings stop, or stalls below the tolerance. The workspace is laid
-/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f)` corrects the gaps
-/// of the sweeps after each of them where W f is not linear, and returns true if it has refilled the workspace. Forces
+/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f, change_N)` corrects
+/// the gaps of the sweeps after each of them where W f is not linear, and returns true if it has refilled the workspace. Forces
 /// may then act without any free motion: where the residual's scale is rounding beside `acting_N`, the size of the
 /// forces known to act, this is the scale.
 template <typename Problem, typename Gaps, typename React>
@@ -223,7 +223,7 @@ SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& se
   // A stalled sweep moves nothing and solves nothing: judge by the residual, never by the step.
   while (residual.norm > stop_at && report.sweeps < settings.max_sweeps) {
     const double change_N = sweep(mu, delta, work, f);
-    const bool is_anew = react(f);
+    const bool is_anew = react(f, change_N);
     ++report.sweeps;
     if (report.sweeps == 1) per_change = residual.norm / change_N;
     const bool last = report.sweeps == settings.max_sweeps;
@@ -259,7 +259,7 @@ template <typename Problem, typename Gaps>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, ContactSolution solution) {
   return iterate_sweeps(
-      problem, settings, work, gaps, [](const auto&) { return false; }, solution);
+      problem, settings, work, gaps, [](const auto&, double) { return false; }, solution);
 }
 
 }  // namespace thenar

@@ -143,15 +143,18 @@ void fill_block(const GroupedDelassus& W, Index k, const Jacobian& J, GroupedWor
   for (Index c = 0; c < columns; c += 3) fill_columns<true>(J, W, k, work, c, block);
 }
 
+/// Rows of J without those of the common body itself.
+Index rows_of_groups(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
+  const bool body = std::ssize(grouped.sweeps.groups) > W.groups();
+  return body ? grouped.sweeps.groups.back().row : grouped.J_then.rows();
+}
+
 /// Tests whether the blocks are still nearly W's. They only precondition: gaps are computed from W itself.
 bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
-  // Without the rows of the common body itself.
-  const bool body = std::ssize(grouped.sweeps.groups) > W.groups();
-  const Index rows = body ? grouped.sweeps.groups.back().row : grouped.J_then.rows();
-  const auto then = grouped.J_then.topRows(rows);
-  const auto change = (grouped.sweeps.J.topRows(rows) - then).cwiseAbs();
-  return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * then.cwiseAbs().maxCoeff();
+  const Index rows = rows_of_groups(W, grouped);
+  const auto change = (grouped.sweeps.J.topRows(rows) - grouped.J_then.topRows(rows)).cwiseAbs();
+  return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * grouped.J_then_most;
 }
 
 /// Makes the sweeps' problem. The Jacobians include the roots of the mobilities: a group's block is J J' + s C.
@@ -196,6 +199,7 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   grouped.edition = W.edition;
   grouped.compliance_scale = W.compliance_scale;
   grouped.J_then = work.J;
+  grouped.J_then_most = work.J.topRows(rows_of_groups(W, grouped)).cwiseAbs().maxCoeff();
   for (const SweepWorkspace::Group& group : work.groups) {
     if (!shared) break;
     const Index columns = 3 * (group.end - group.begin);
@@ -325,13 +329,15 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   work.R.transpose().triangularView<Eigen::Upper>().solveInPlace(work.L);
 }
 
-/// Moves the body after a sweep to where the ground's laws hold. True if the ground's response has changed so much that
-/// the sweeps restart with it.
-bool react(const GroupedContactProblem& problem, const VectorRef& f, GroupedWorkspace& work) {
+/// Moves the body after a sweep to where the ground's laws hold, as well as the sweep's own change asks for. True if the
+/// ground's response has changed so much that the sweeps restart with it.
+bool react(const GroupedContactProblem& problem, const VectorRef& f, double change_N, GroupedWorkspace& work) {
   // Where it cannot be solved, the next gaps try again: in each sweep that would take too long.
   if (work.ground_status != SolveStatus::kConverged) return false;
-  constexpr double kOnTheWay = 1e-9;  // Far beyond the digits that sweeps have.
-  stand_on(*problem.ground, common_motion(problem.W, f), work, kOnTheWay);
+  constexpr double kShareOfChange = 1e-2, kFinest = 1e-9, kCoarsest = 1e-6;  // The first is beyond the sweeps' digits.
+  const double share = change_N > 0.0 ? change_N / f.norm() : 0.0;
+  const double tolerance = std::clamp(kShareOfChange * share, kFinest, kCoarsest);
+  stand_on(*problem.ground, common_motion(problem.W, f), work, tolerance);
   const Eigen::Matrix<float, 6, 1> moved = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>();
   SweepWorkspace::Common ahead = SweepWorkspace::Common::Zero();
   ahead.head<6>() = moved - work.sweeps.moved.segment<6>(work.sweeps.groups.back().row);
@@ -385,7 +391,7 @@ SolveReport solve_contacts(const GroupedContactProblem& problem, const GaussSeid
   if (problem.ground == nullptr) {
     report = iterate_sweeps(problem, settings, work.sweeps, exact, solution);
   } else {
-    const auto mend = [&](const VectorRef& f) { return react(problem, f, work); };
+    const auto mend = [&](const VectorRef& f, double change_N) { return react(problem, f, change_N, work); };
     const double acting_N = solution.f.norm();  // Where fingertips on paths hold the body on the ground.
     report = iterate_sweeps(problem, settings, work.sweeps, exact, mend, solution, acting_N);
     const auto failed = [](SolveStatus s) { return s == SolveStatus::kBudgetSpent || s == SolveStatus::kNotFinite; };

@@ -150,9 +150,9 @@ void members(Archive& a, LocalStep& x) {
 /// Visits the members that a solve inherits from the one before; it recomputes the rest.
 template <typename Archive>
 void members(Archive& a, GroupedWorkspace& x) {
-  a(x.list, x.edition, x.compliance_scale, x.J_then, x.sweeps.J, x.sweeps.local, x.sweeps.blocks, x.sweeps.d_change,
-    x.sweeps.d_moved, x.sweeps.d_f, x.sweeps.gram, x.sweeps.differences, x.ground.x, x.ground.inverse_slope,
-    x.ground.has_slope);
+  a(x.list, x.edition, x.compliance_scale, x.J_then, x.J_then_most, x.sweeps.J, x.sweeps.local, x.sweeps.blocks,
+    x.sweeps.d_change, x.sweeps.d_moved, x.sweeps.d_f, x.sweeps.gram, x.sweeps.differences, x.ground.x,
+    x.ground.inverse_slope, x.ground.has_slope);
 }
 
 template <typename Archive>

@@ -87,7 +87,8 @@ inline double weighed(const StiffMuscleData& p, const StiffMuscleReport& r, cons
 
 /// Karush-Kuhn-Tucker. Differences of 1e-4 N are right to 1e-7 of their size.
 inline void expect_optimal(const StiffMuscleData& p, const Solution& solution) {
-  const auto& [r, f] = solution;
+  const StiffMuscleReport& r = solution.report;
+  const VectorXd& f = solution.f;
   ASSERT_EQ(r.status, MuscleStatus::kOptimal);
   EXPECT_LE(r.residual, 1e-9);
   const double s = r.squeeze, size_N = 1.0 + f.norm(), effort = size_N * size_N;
