@@ -16,24 +16,24 @@ namespace {
 
 // Contact forces are kept for a few control periods, and a frame for each one that lies within the delay.
 constexpr double kMaxSteps = 1e7, kMaxStepsAPeriod = 1e4, kMaxPeriodsLate = 100.0;
-constexpr double kRounding = 1e-9;  // Of a ratio of two times.
+constexpr double kTimeRounding = 1e-9;  // Of a ratio of two times.
 
 void check_time(Visitor& v, const Scene& scene) {
   if (scene.duration_s / scene.step_s > kMaxSteps) {
     v.refuse("duration", "makes more than 10 million steps of time.step");
   }
   if (!v.is_refused("step")) {
-    if (scene.duration_s < scene.step_s * (1.0 - kRounding)) {
+    if (scene.duration_s < scene.step_s * (1.0 - kTimeRounding)) {
       v.refuse("duration", "must not be shorter than time.step");
     }
     const double steps = scene.control_period_s / scene.step_s;
-    if (steps < 1.0 - kRounding) v.refuse("control_period", "must not be shorter than time.step");
-    if (steps > kMaxStepsAPeriod * (1.0 + kRounding)) {
+    if (steps < 1.0 - kTimeRounding) v.refuse("control_period", "must not be shorter than time.step");
+    if (steps > kMaxStepsAPeriod * (1.0 + kTimeRounding)) {
       v.refuse("control_period", "must not be longer than 10000 times time.step");
     }
   }
   if (!v.is_refused("control_period") &&
-      scene.control_delay_s > kMaxPeriodsLate * (1.0 + kRounding) * scene.control_period_s) {
+      scene.control_delay_s > kMaxPeriodsLate * (1.0 + kTimeRounding) * scene.control_period_s) {
     v.refuse("control_delay", "must not be longer than 100 times time.control_period");
   }
 }
