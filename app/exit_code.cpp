@@ -3,6 +3,8 @@
 #include <array>
 #include <iostream>
 
+#include "app/progress.h"
+
 namespace thenar::app {
 
 namespace {
@@ -22,6 +24,12 @@ int report_verdict(const Scene& scene, const Verdict& verdict) {
   const int code = exit_code(scene, verdict.outcome);
   if (code != kDone) std::cerr << "failed: " << in_words(verdict) << '\n';
   return code;
+}
+
+int code_at_end(int code, bool was_stopped_at_verdict) {
+  if (!stop_is_asked()) return code;
+  if (!was_stopped_at_verdict) std::cerr << "interrupted after the run had ended: its results are complete\n";
+  return kInterrupted;
 }
 
 }  // namespace thenar::app

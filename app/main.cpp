@@ -64,9 +64,11 @@ int insertion(const Options& options) {
   watch.end();
   if (options.format == "json") std::cout << insertion_json(model.scene, study).dump(2) << '\n';
   if (options.format != "json" && !options.quiet) std::cout << insertion_text(model.scene, study);
+  const int code = report_verdict(model.scene, study.verdict);
+  const bool was_stopped = stop_is_asked();  // Then the verdict says so.
   if (!options.out.empty() && !write_insertion(model.scene, study, options.out))
     std::cerr << "warning: no figure, for gnuplot is missing or failed\n";
-  return stop_is_asked() ? kInterrupted : report_verdict(model.scene, study.verdict);
+  return code_at_end(code, was_stopped);
 }
 
 int print(const std::string& text) {

@@ -236,8 +236,7 @@ int run(const Options& options) {
     results.attempt([&] { draw(model, run, state, floor.jitter, options.out); });
   }
   results.finish();
-  if (stop_is_asked() && !was_stopped) std::cerr << "interrupted after the run had ended: its results are complete\n";
-  return stop_is_asked() ? kInterrupted : code;
+  return code_at_end(code, was_stopped);
 }
 
 }  // namespace thenar::app

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <functional>
 #include <iostream>
-#include <map>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <thread>
@@ -27,8 +27,6 @@
 namespace thenar::app {
 
 namespace {
-
-using FinishedRows = std::map<std::size_t, SweepRow>;
 
 SweepPlan read_plan(const Options& options) {
   SweepPlan plan{options.scene, options.overrides, {}};
@@ -100,22 +98,27 @@ void say_farewell_to(const std::filesystem::path& folder) {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, interrupted);
 }
 
-std::string outcomes_table(const FinishedRows& rows) {
+/// Returns the sum of all outcomes.
+std::size_t rows_in(const SweepJournal::Outcomes& outcomes) {
+  return std::accumulate(outcomes.begin(), outcomes.end(), std::size_t{0},
+                         [](std::size_t sum, const auto& outcome) { return sum + outcome.second; });
+}
+
+std::string outcomes_table(const SweepJournal::Outcomes& outcomes) {
   std::string table;
   for (const Outcome outcome : kOutcomes) {
-    const auto count =
-        std::ranges::count_if(rows, [&](const auto& row) { return row.second.verdict.outcome == outcome; });
-    table += fmt::format("{:<14}{:>8}\n", to_string(outcome), count);
+    const auto count = outcomes.find(outcome);
+    table += fmt::format("{:<14}{:>8}\n", to_string(outcome), count == outcomes.end() ? 0 : count->second);
   }
-  return table + fmt::format("{:<14}{:>8}\n", "rows", rows.size());
+  return table + fmt::format("{:<14}{:>8}\n", "rows", rows_in(outcomes));
 }
 
 /// The last process to end speaks for all.
-int report(const SweepPlan& plan, const SweepJournal::Merged& merged, const Options& options) {
-  if (!merged.last) return kDone;
+int report(const SweepPlan& plan, const std::optional<SweepJournal::Outcomes>& outcomes, const Options& options) {
+  if (!outcomes) return kDone;
   const std::string file = printable((options.out / "rows.csv").string());
-  if (!options.quiet) std::cout << outcomes_table(merged.rows) << "\nrows in " << file << '\n';
-  const std::size_t missing = plan.rows() - merged.rows.size();
+  if (!options.quiet) std::cout << outcomes_table(*outcomes) << "\nrows in " << file << '\n';
+  const std::size_t missing = plan.rows() - rows_in(*outcomes);
   if (missing == 0) return kDone;
   std::cerr << fmt::format(
       "failed: {} of {} rows are missing in {}: they were not run, or their process ended before its time; the same "
@@ -145,7 +148,7 @@ int sweep(const Options& options) {
     check_results({{"--out", options.out / "rows.csv"}, {"--out", options.out / "plan.json"}}, files_of(plan));
     claim.emplace(claim_sweep_folder(options.out, plan_text));
     // By one process for all: a file system of many machines may show each of them another state of the journals.
-    return missing_rows(plan, read_journals(options.out, plan_text));
+    return missing_rows(plan, FinishedRows(options.out, plan, plan_text));
   };
   const auto enter = [&](const Ranks& me, const std::vector<std::size_t>& all_missing) {
     if (me.rank != 0) read_files();

@@ -334,7 +334,7 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
 bool react(const GroupedContactProblem& problem, const VectorRef& f, double change_N, GroupedWorkspace& work) {
   // Where it cannot be solved, the next gaps try again: in each sweep that would take too long.
   if (work.ground_status != SolveStatus::kConverged) return false;
-  constexpr double kShareOfChange = 1e-2, kFinest = 1e-9, kCoarsest = 1e-6;  // The first is beyond the sweeps' digits.
+  constexpr double kShareOfChange = 1e-2, kFinest = 1e-12, kCoarsest = 1e-6;
   const double share = change_N > 0.0 ? change_N / f.norm() : 0.0;
   const double tolerance = std::clamp(kShareOfChange * share, kFinest, kCoarsest);
   stand_on(*problem.ground, common_motion(problem.W, f), work, tolerance);

@@ -207,6 +207,10 @@ void KeptFiles::keep(const fs::path& file) {
 }
 
 void write_file(const fs::path& path, std::string_view bytes) {
+  write_file(path, [&](const auto& write) { write(bytes); });
+}
+
+void write_file(const fs::path& path, const std::function<void(const std::function<void(std::string_view)>&)>& fill) {
   std::error_code unresolved;
   // The target of a link is written, and the link stays; a device or a pipe cannot be replaced.
   const fs::path resolved = fs::weakly_canonical(path, unresolved);
@@ -229,8 +233,19 @@ void write_file(const fs::path& path, std::string_view bytes) {
     (void)!fchown(descriptor, before.st_uid, before.st_gid);
     fchmod(descriptor, before.st_mode & 0777);
   }
-  bool done = write_all(descriptor, bytes);
-  int fault = errno;
+  bool done = true;
+  int fault = 0;
+  try {
+    fill([&](std::string_view bytes) {
+      if (!done) return;
+      done = write_all(descriptor, bytes);
+      fault = errno;
+    });
+  } catch (...) {
+    close(descriptor);
+    if (replace) unlink(draft.c_str());
+    throw;
+  }
   // A full disk may show only when the file is closed.
   if (close(descriptor) != 0 && done) {
     done = false;

@@ -193,9 +193,11 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
   W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
     W.compliance = frame.compliance;
-    W.list = frame.list;
-    // Axes of contacts that fade change from tick to tick.
-    W.edition = std::ranges::any_of(frame.contacts, &FrameContact::fades) ? -1 : frame.compliance_edition;
+    // Axes of contacts that fade change from tick to tick. What sweeps learn of them does not last: the slowest ticks of
+    // a peg in its hole would take more sweeps, and the mean as many.
+    const bool lasts = std::ranges::none_of(frame.contacts, &FrameContact::fades);
+    W.list = lasts ? frame.list : -1;
+    W.edition = lasts ? frame.compliance_edition : -1;
     W.compliance_scale = 1.0 - retained_share(model.pulps.front().material, model.scene.step_s);
     W.group_scale = {kinematics.pulp_share.data(), kinematics.pulp_share.size()};
     W.common_compliance = object_compliance(model, frame, kinematics.object_tensors);

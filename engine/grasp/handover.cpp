@@ -64,7 +64,8 @@ double hand_over(const Model& model, const Frame& frame, State& state, ContactMe
   double dropped_J = 0.0;
   for_each_dropped(frame, state.forces, [&](const ContactForce& force) { dropped_J += force.held_J; });
   carry_forces(model, frame, state.forces, memory.f);
-  std::swap(memory.change_N, work.old_change_N);
+  const Index old_rows = 3 * std::ssize(state.forces);
+  work.old_change_N.topRows(old_rows) = memory.change_N.topRows(old_rows);
   for_each_contact(frame, state.forces, [&](Index i, Index old) {
     auto change = memory.change_N.middleRows<3>(3 * i);
     if (old >= 0) {

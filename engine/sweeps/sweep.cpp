@@ -299,7 +299,9 @@ void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int 
   });
 }
 
-std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows) {
+void write_rows_csv(const SweepPlan& plan, const std::function<std::optional<SweepRow>(std::size_t row)>& row_of,
+                    const std::function<void(std::string_view)>& write) {
+  constexpr std::size_t kPart = 1 << 20;  // bytes
   std::vector<std::string> names;
   for (const RunMeasure* const measure : sweep_measures()) names.push_back(measure->column_name());
   std::vector<std::string> units;
@@ -309,7 +311,9 @@ std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow
     csv += csv_cell(variation.key + (units.back().empty() ? "" : " [" + units.back() + "]")) + ',';
   }
   csv += fmt::format("outcome,reason,left_out,{}\n", fmt::join(names, ","));
-  for (const auto& [index, row] : rows) {
+  for (std::size_t index = 0; index < plan.rows(); ++index) {
+    const std::optional<SweepRow> row = row_of(index);
+    if (!row) continue;
     const std::vector<std::string> values = plan.values(index);
     for (std::size_t i = 0; i < values.size(); ++i) {
       std::string value = values[i];
@@ -317,11 +321,15 @@ std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow
       if (!units[i].empty()) value.erase(value.find_last_not_of(' ', value.size() - units[i].size() - 1) + 1);
       csv += csv_cell(value) + ',';
     }
-    csv += csv_cell(to_string(row.verdict.outcome)) + ',' + csv_cell(row.verdict.reason) + ',' + csv_cell(row.left_out);
-    for (const std::string& measure : names) csv += ',' + csv_cell(row, measure);
+    csv +=
+        csv_cell(to_string(row->verdict.outcome)) + ',' + csv_cell(row->verdict.reason) + ',' + csv_cell(row->left_out);
+    for (const std::string& measure : names) csv += ',' + csv_cell(*row, measure);
     csv += '\n';
+    if (csv.size() < kPart) continue;
+    write(csv);
+    csv.clear();
   }
-  return csv;
+  write(csv);
 }
 
 }  // namespace thenar

@@ -3,9 +3,10 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/grasp/scene.h"
@@ -75,8 +76,10 @@ struct SweepListener {
 void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int jobs, const RunScene& run,
                const SweepListener& listener);
 
-/// Returns rows as a table, in the plan's order: variations, outcome, reason, omissions by `model: auto`, measures. A
-/// unit that all values of a key share is in the header; missing measures are empty.
-[[nodiscard]] std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows);
+/// Writes rows as a table, in the plan's order, part by part: variations, outcome, reason, omissions by `model: auto`,
+/// measures. A unit that all values of a key share is in the header; missing measures are empty. `row_of` has nothing of
+/// a row that is missing.
+void write_rows_csv(const SweepPlan& plan, const std::function<std::optional<SweepRow>(std::size_t row)>& row_of,
+                    const std::function<void(std::string_view)>& write);
 
 }  // namespace thenar

@@ -7,9 +7,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdint>
-#include <optional>
-#include <sstream>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "engine/formats/checksum.h"
@@ -51,19 +52,46 @@ std::string difference(const ordered_json& one, const ordered_json& other) {
   return "contents";
 }
 
-ordered_json to_line(std::size_t row, const SweepRow& result, std::uint32_t plan) {
-  return {{"row", row},
-          {"plan", plan},
-          {"outcome", to_string(result.verdict.outcome)},
-          {"reason", result.verdict.reason},
-          {"left_out", result.left_out},
-          {"measures", result.measures}};
+/// A line is {"row":3,"plan":<checksum>,"bytes":<count of those from here on>,"outcome":...}. So where rows stand is
+/// known without reading what they are, and a line that was cut shows.
+constexpr std::string_view kRow = R"({"row":)", kBytes = R"(,"bytes":)";
+
+/// What follows the number of a row of this plan.
+std::string plan_part(const ordered_json& plan) { return fmt::format(R"(,"plan":{})", checksum(plan)); }
+
+std::string to_line(std::size_t row, const std::string& plan, const SweepRow& result) {
+  const ordered_json json{{"outcome", to_string(result.verdict.outcome)},
+                          {"reason", result.verdict.reason},
+                          {"left_out", result.left_out},
+                          {"measures", result.measures}};
+  std::string rest = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  rest.front() = ',';
+  return fmt::format("{}{}{}{}{}{}\n", kRow, row, plan, kBytes, rest.size(), rest);
 }
 
-/// Reads a line; nothing if it is truncated or another plan's.
-std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& text, std::uint32_t plan) try {
+/// Takes a prefix, or a number, from a text. False if it does not begin with it.
+bool take(std::string_view& text, std::string_view prefix) {
+  if (!text.starts_with(prefix)) return false;
+  text.remove_prefix(prefix.size());
+  return true;
+}
+bool take(std::string_view& text, std::size_t& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc()) return false;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return true;
+}
+
+/// Returns the row of a line; nothing if it is truncated or another plan's.
+std::optional<std::size_t> row_of(std::string_view line, const std::string& plan) {
+  std::size_t row = 0, bytes = 0;
+  const bool is_whole = take(line, kRow) && take(line, row) && take(line, plan) && take(line, kBytes) &&
+                        take(line, bytes) && line.size() == bytes;
+  return is_whole ? std::optional(row) : std::nullopt;
+}
+
+std::optional<SweepRow> read_line(const std::string& text) try {
   const ordered_json line = ordered_json::parse(text);
-  if (line.at("plan") != plan || !line.at("row").is_number_unsigned()) return std::nullopt;
   const auto* const outcome =
       std::ranges::find_if(kOutcomes, [&](Outcome o) { return line.at("outcome") == to_string(o); });
   if (outcome == kOutcomes.end()) return std::nullopt;
@@ -72,7 +100,7 @@ std::optional<std::pair<std::size_t, SweepRow>> read_line(const std::string& tex
   row.verdict.reason = line.at("reason").get<std::string>();
   row.measures = line.at("measures");
   row.left_out = line.at("left_out").get<std::string>();
-  return std::pair(line.at("row").get<std::size_t>(), std::move(row));
+  return row;
 } catch (const ordered_json::exception&) {
   return std::nullopt;
 }
@@ -132,20 +160,51 @@ FileLock claim_sweep_folder(const fs::path& folder, const ordered_json& plan) {
   return *std::move(lock);
 }
 
-std::map<std::size_t, SweepRow> read_journals(const fs::path& folder, const ordered_json& plan) {
-  const std::uint32_t its = checksum(plan);
-  std::map<std::size_t, SweepRow> rows;
+FinishedRows::FinishedRows(const fs::path& folder, const SweepPlan& plan, const ordered_json& json)
+    : places_(plan.rows()) {
+  const std::string its = plan_part(json);
   for (const fs::path& file : journals(folder)) {
-    std::istringstream lines(read_file(file));
-    for (std::string text; std::getline(lines, text);) {
-      if (auto row = read_line(text, its)) rows.insert(std::move(*row));
+    files_.push_back(std::make_unique<OpenFile>(file, O_RDONLY | O_NONBLOCK));
+    const bool is_open = files_.back()->descriptor >= 0;
+    if (!is_open || !read_journal(static_cast<std::uint32_t>(files_.size() - 1), its)) {
+      throw ReadError(file, "cannot be read: " + std::generic_category().message(errno));
     }
   }
-  return rows;
+}
+
+bool FinishedRows::read_journal(std::uint32_t file, const std::string& plan) {
+  std::string text;         // From the beginning of a line on,
+  std::uint64_t begin = 0;  // which is here in the file.
+  std::vector<char> part(1 << 20);
+  for (ssize_t size = 0; (size = ::read(files_[file]->descriptor, part.data(), part.size())) != 0;) {
+    if (size < 0) return false;
+    text.append(part.data(), static_cast<std::size_t>(size));
+    std::size_t from = 0;
+    for (std::size_t end = 0; (end = text.find('\n', from)) != std::string::npos; from = end + 1) {
+      const auto row = row_of(std::string_view(text).substr(from, end - from), plan);
+      if (!row || *row >= places_.size() || contains(*row)) continue;
+      places_[*row] = {file, static_cast<std::uint32_t>(end - from), begin + from};
+      ++count_;
+    }
+    text.erase(0, from);
+    begin += from;
+  }
+  return true;
+}
+
+std::optional<SweepRow> FinishedRows::read(std::size_t row) const {
+  const Place& at = places_[row];
+  if (at.bytes == 0) return std::nullopt;
+  std::string text(at.bytes, ' ');
+  const ssize_t size = pread(files_[at.file]->descriptor, text.data(), text.size(), static_cast<off_t>(at.begin));
+  return size == static_cast<ssize_t>(text.size()) ? read_line(text) : std::nullopt;
 }
 
 SweepJournal::SweepJournal(const fs::path& folder, int rank, ordered_json plan)
-    : folder_(folder), file_(folder / fmt::format("journal-{}.jsonl", rank)), plan_(std::move(plan)) {
+    : folder_(folder),
+      file_(folder / fmt::format("journal-{}.jsonl", rank)),
+      plan_(std::move(plan)),
+      line_begin_(plan_part(plan_)) {
   // The plan of the process that claimed the folder, which may have read other files.
   check_plan(folder, read_file(folder / "plan.json"), plan_);
   descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
@@ -155,8 +214,9 @@ SweepJournal::SweepJournal(const fs::path& folder, int rank, ordered_json plan)
     refuse(folder, kRunsAlready);
   }
   // A partial line of a killed process becomes a line of its own.
-  const std::string text = read_file(file_);
-  if (!text.empty() && text.back() != '\n' && write(descriptor_, "\n", 1) != 1) {
+  const off_t size = lseek(descriptor_, 0, SEEK_END);
+  char last = '\n';
+  if (size > 0 && pread(descriptor_, &last, 1, size - 1) == 1 && last != '\n' && write(descriptor_, "\n", 1) != 1) {
     throw FileError(file_, "cannot be written");
   }
 }
@@ -166,26 +226,30 @@ SweepJournal::~SweepJournal() {
 }
 
 void SweepJournal::add(std::size_t row, const SweepRow& result) {
-  const std::string line =
-      to_line(row, result, checksum(plan_)).dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  const std::string line = to_line(row, line_begin_, result);
   // In one piece: whoever ends this process, now or later, finds the line whole or torn at its end.
   if (write(descriptor_, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
     throw FileError(file_, "could not be written in full");
   }
 }
 
-SweepJournal::Merged SweepJournal::finish(const SweepPlan& plan) {
-  // One process at a time: the last one reads what all others wrote, and its rows.csv is the one that stays.
+std::optional<SweepJournal::Outcomes> SweepJournal::finish(const SweepPlan& plan) {
+  // One process at a time: the last one reads what all others wrote.
   const OpenFile turn(folder_ / "plan.json", O_RDWR);
   if (turn.descriptor >= 0) flock(turn.descriptor, LOCK_EX);
   close(std::exchange(descriptor_, -1));
-  Merged merged{read_journals(folder_, plan_)};
   for (const fs::path& file : journals(folder_)) {
-    const OpenFile journal(file, O_RDWR);
-    if (is_held(journal.descriptor)) merged.last = false;
+    if (is_held(OpenFile(file, O_RDWR).descriptor)) return std::nullopt;
   }
-  write_file(folder_ / "rows.csv", rows_csv(plan, merged.rows));
-  return merged;
+  const FinishedRows rows(folder_, plan, plan_);
+  Outcomes outcomes;
+  const auto counted = [&](std::size_t index) {
+    std::optional<SweepRow> row = rows.read(index);
+    if (row) ++outcomes[row->verdict.outcome];
+    return row;
+  };
+  write_file(folder_ / "rows.csv", [&](const auto& write) { write_rows_csv(plan, counted, write); });
+  return outcomes;
 }
 
 }  // namespace thenar

@@ -1,11 +1,17 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/formats/files.h"
+#include "engine/formats/open_file.h"
 #include "engine/sweeps/sweep.h"
 
 // A sweep's folder: plan.json identifies the sweep, journal-<rank>.jsonl holds the finished rows of each process, a
@@ -21,9 +27,29 @@ namespace thenar {
 /// sweep begins there. Throws ConfigError, changing nothing, if it is another's, or FileError.
 [[nodiscard]] FileLock claim_sweep_folder(const std::filesystem::path& folder, const nlohmann::ordered_json& plan);
 
-/// Reads the finished rows of all processes of this plan. Skips rows of other plans, and lines cut by a killed process.
-[[nodiscard]] std::map<std::size_t, SweepRow> read_journals(const std::filesystem::path& folder,
-                                                            const nlohmann::ordered_json& plan);
+/// The finished rows of all processes of a plan, without those of other plans and lines cut by a killed process. It
+/// knows where each stands, 16 bytes a row of the plan, and reads it when it is asked for.
+class FinishedRows {
+ public:
+  /// Reads the journals once, in parts. Throws FileError.
+  FinishedRows(const std::filesystem::path& folder, const SweepPlan& plan, const nlohmann::ordered_json& json);
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] bool contains(std::size_t row) const { return places_[row].bytes > 0; }
+  /// Returns nothing for a row that is missing, or whose line does not say what it should.
+  [[nodiscard]] std::optional<SweepRow> read(std::size_t row) const;
+
+ private:
+  struct Place {
+    std::uint32_t file = 0, bytes = 0;
+    std::uint64_t begin = 0;
+  };
+  [[nodiscard]] bool read_journal(std::uint32_t file, const std::string& plan);
+
+  std::vector<std::unique_ptr<OpenFile>> files_;
+  std::vector<Place> places_;
+  std::size_t count_ = 0;
+};
 
 /// The journal of a process's rows, each with the plan's checksum: added rows outlive the process, however it ends.
 class SweepJournal {
@@ -38,18 +64,17 @@ class SweepJournal {
   /// Throws FileError.
   void add(std::size_t row, const SweepRow& result);
 
-  struct Merged {
-    std::map<std::size_t, SweepRow> rows;
-    bool last = true;  ///< True if no other process of this sweep is running.
-  };
-  /// Ends the journal, and writes rows.csv from those of all processes: the last one to end writes all rows. Throws
-  /// FileError.
-  Merged finish(const SweepPlan& plan);
+  /// Rows of all processes by outcome.
+  using Outcomes = std::map<Outcome, std::size_t>;
+  /// Ends the journal. The last process of this sweep to end writes rows.csv from the journals of all, in one pass, and
+  /// returns what is in it. Throws FileError.
+  std::optional<Outcomes> finish(const SweepPlan& plan);
 
  private:
   std::filesystem::path folder_, file_;
   nlohmann::ordered_json plan_;
-  int descriptor_ = -1;  ///< Locked while open, so that others see that this process lives.
+  std::string line_begin_;  // After the row's number.
+  int descriptor_ = -1;     ///< Locked while open, so that others see that this process lives.
 };
 
 }  // namespace thenar

@@ -211,7 +211,7 @@ TEST(Ledger, OneFrameInjectsWhatATickTurnsUnlessSweepsRunOut) {
   const double coarse = ratio("0.25 ms", 60);
   EXPECT_LE(coarse, 1e-3);
   EXPECT_LE(ratio("0.125 ms", 60), 0.6 * coarse);
-  EXPECT_GT(ratio("0.25 ms", 5), 5.0 * coarse);
+  EXPECT_GT(ratio("0.25 ms", 2), 5.0 * coarse);
 }
 
 /// How deep the deformed control points of each pulp are in the object, by its own formula.

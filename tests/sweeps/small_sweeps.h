@@ -2,7 +2,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/scenes/scene_file.h"
@@ -33,6 +36,15 @@ inline fs::path copied_scene(const fs::path& folder, const std::string& hand = "
   text.replace(text.find(shipped), shipped.size(), hand);
   std::ofstream(folder / "minimal.yaml") << text;
   return folder / "minimal.yaml";
+}
+
+/// The table of these rows.
+inline std::string rows_csv(const SweepPlan& plan, const std::map<std::size_t, SweepRow>& rows) {
+  std::string csv;
+  write_rows_csv(
+      plan, [&](std::size_t row) { return rows.contains(row) ? std::optional(rows.at(row)) : std::nullopt; },
+      [&](std::string_view part) { csv += part; });
+  return csv;
 }
 
 inline SweepRow row_of(Outcome outcome, const std::string& reason, const std::string& measures) {

@@ -31,14 +31,16 @@ TEST(SweepJournal, GivesBackWhatWasAddedAndDropsATornLine) {
   const SweepRow held = row_of(Outcome::kHeld, "", R"({"final_error_mm": 5e-324, "lost_at_s": null})");
   SweepJournal(folder, 0, json).add(1, held);
   SweepJournal(folder, 7, json).add(0, {});
-  const auto rows = read_journals(folder, json);
-  ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows.at(3).verdict.outcome, failed.verdict.outcome);
-  EXPECT_EQ(rows.at(3).verdict.reason, failed.verdict.reason);
-  EXPECT_EQ(rows.at(3).measures, failed.measures);
-  EXPECT_EQ(rows.at(3).left_out, failed.left_out);
-  EXPECT_EQ(rows.at(1).measures, held.measures);
-  EXPECT_TRUE(read_journals(folder, plan_json(plan, "lockstep")).empty()) << "rows of another plan";
+  const FinishedRows rows(folder, plan, json);
+  ASSERT_EQ(rows.count(), 3U);
+  EXPECT_EQ(rows.read(3)->verdict.outcome, failed.verdict.outcome);
+  EXPECT_EQ(rows.read(3)->verdict.reason, failed.verdict.reason);
+  EXPECT_EQ(rows.read(3)->measures, failed.measures);
+  EXPECT_EQ(rows.read(3)->left_out, failed.left_out);
+  EXPECT_EQ(rows.read(1)->measures, held.measures);
+  EXPECT_FALSE(rows.contains(4));
+  EXPECT_FALSE(rows.read(4));
+  EXPECT_EQ(FinishedRows(folder, plan, plan_json(plan, "lockstep")).count(), 0U) << "rows of another plan";
 }
 
 TEST(SweepJournal, OneSweepAtATimeBeginsInAFolder) {
@@ -79,12 +81,47 @@ TEST(SweepJournal, TheLastProcessToEndIsTheOneThatKnowsIt) {
   SweepJournal one(folder, 0, json), other(folder, 1, json);
   EXPECT_THROW(SweepJournal(folder, 1, json), ConfigError) << "two processes would run the same rows";
   other.add(4, {});
-  EXPECT_FALSE(one.finish(plan).last);
-  other.add(2, {});
-  const auto merged = other.finish(plan);
-  EXPECT_TRUE(merged.last);
-  EXPECT_EQ(merged.rows.size(), 2U);
-  EXPECT_EQ(read(folder / "rows.csv"), rows_csv(plan, merged.rows));
+  EXPECT_FALSE(one.finish(plan));
+  EXPECT_FALSE(fs::exists(folder / "rows.csv"));
+  other.add(2, row_of(Outcome::kLost, "it fell", "{}"));
+  EXPECT_EQ(other.finish(plan), (SweepJournal::Outcomes{{SweepRow().verdict.outcome, 1}, {Outcome::kLost, 1}}));
+  EXPECT_EQ(read(folder / "rows.csv"), rows_csv(plan, {{2, row_of(Outcome::kLost, "it fell", "{}")}, {4, {}}}));
+}
+
+// Wherever a journal is cut, the rows before the cut are whole, and the one that was cut is missing, also after another
+// process has gone on behind it.
+TEST(SweepJournal, ACutLineIsNoRowWhereverItIsCut) {
+  const fs::path folder = scratch();
+  const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  const SweepRow row = row_of(Outcome::kHeld, R"(of "}}" and {"row":3})", R"({"final_error_mm": 0.25})");
+  SweepJournal(folder, 0, json).add(1, row);
+  const std::string first = read(folder / "journal-0.jsonl");
+  SweepJournal(folder, 0, json).add(2, row);
+  const std::string both = read(folder / "journal-0.jsonl");
+  for (std::size_t size = first.size(); size < both.size(); ++size) {
+    std::ofstream(folder / "journal-0.jsonl") << both.substr(0, size);
+    SweepJournal(folder, 0, json).add(4, row);
+    const FinishedRows rows(folder, plan, json);
+    EXPECT_TRUE(rows.contains(1) && rows.contains(4) && rows.count() == (size + 1 < both.size() ? 2U : 3U))
+        << rows.count() << " rows of " << size << " bytes";
+    EXPECT_EQ(rows.read(4)->verdict.reason, row.verdict.reason);
+  }
+}
+
+// A row's line does not carry the plan, however many values this has: a sweep of many rows takes time with its rows.
+TEST(SweepJournal, LinesAreShortHoweverLongThePlan) {
+  const fs::path folder = scratch();
+  const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:50000"});
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  SweepJournal journal(folder, 0, json);
+  for (std::size_t row = 0; row < 50000; ++row) journal.add(row, {});
+  EXPECT_LT(fs::file_size(folder / "journal-0.jsonl"), 50000U * 200U);
+  const auto outcomes = journal.finish(plan);
+  ASSERT_TRUE(outcomes);
+  EXPECT_EQ(outcomes->at(SweepRow().verdict.outcome), 50000U);
 }
 
 TEST(SweepJournal, AFolderStaysTheSweepsThatItIs) {
