@@ -27,8 +27,8 @@ enum ExitCode {
 /// Returns the exit code, and prints on stderr why the run failed.
 [[nodiscard]] int report_verdict(const Scene& scene, const Verdict& verdict);
 
-/// Returns the exit code of a command that has written its results: `code`, or kInterrupted after a signal. One that came
-/// after the verdict, which does not tell of it then, is told on stderr.
+/// Returns the exit code of a command that has written its results: `code`, or kInterrupted after a signal. One that
+/// came after the verdict, which does not tell of it then, is told on stderr.
 [[nodiscard]] int code_at_end(int code, bool was_stopped_at_verdict);
 
 }  // namespace thenar::app

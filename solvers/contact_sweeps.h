@@ -124,9 +124,9 @@ struct SweepWorkspace {
   std::vector<LocalStep> local;  ///< Local step of each contact, filled by the caller.
   Eigen::VectorXf blocks;
   bool coupled = false;  ///< True if groups are coupled, by J_common J_common'.
-  /// True if the contacts are those of the last sweeps, and W is nearly theirs: filled by the caller. Then differences of
-  /// the last sweeps are a first guess of how changes come about, as in quasi-Newton methods for coupled problems that
-  /// keep those of earlier steps [Degroote, Bathe, Vierendeels 2009].
+  /// True if the contacts are those of the last sweeps, and W is nearly theirs: filled by the caller. Then differences
+  /// of the last sweeps are a first guess of how changes come about, as in quasi-Newton methods for coupled problems
+  /// that keep those of earlier steps [Degroote, Bathe, Vierendeels 2009].
   bool goes_on = false;
   /// Columns of which blocks are made, then J_common, both times the roots of the mobilities; its padding holds a fifth
   /// column for blocks. Rows are those of the groups, with zero padding.
@@ -194,10 +194,10 @@ inline SolveReport finish_sweeps(const Residual& residual, double tolerance, Sol
 }
 
 /// Sweeps from f until the residual is where the settings stop, or stalls below the tolerance. The workspace is laid
-/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; `react(f, change_N)` corrects
-/// the gaps of the sweeps after each of them where W f is not linear, and returns true if it has refilled the workspace. Forces
-/// may then act without any free motion: where the residual's scale is rounding beside `acting_N`, the size of the
-/// forces known to act, this is the scale.
+/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; where W f is
+/// not linear, `react(f, change_N)` corrects the gaps after each sweep, and returns true if it has refilled the
+/// workspace. Forces may then act without any free motion: where the residual's scale is rounding beside `acting_N`,
+/// the size of the forces known to act, this is the scale.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, const React& react, ContactSolution solution, double acting_N = 0.0) {

@@ -157,15 +157,10 @@ bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * grouped.J_then_most;
 }
 
-/// Makes the sweeps' problem. The Jacobians include the roots of the mobilities: a group's block is J J' + s C.
-void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
+/// Fills the Jacobians of the sweeps, which include the roots of the mobilities.
+void fill_jacobians(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   const GroupedDelassus& W = problem.W;
   SweepWorkspace& work = grouped.sweeps;
-  const SharedCompliance& shared = W.common_compliance;
-  work.lay_out(W.begin, static_cast<bool>(shared), problem.ground != nullptr);
-  work.coupled = !shared;
-  work.goes_on = W.list >= 0 && W.list == grouped.list;
-  grouped.list = W.list;
   constexpr int kOwn = GroupedDelassus::kOwn, kCommon = GroupedDelassus::kPadded;
   const float own_root = static_cast<float>(std::sqrt(W.own_mobility));
   const Eigen::Matrix<float, kCommon, 1> common_root = W.common_mobility.cwiseSqrt().cast<float>();
@@ -195,6 +190,18 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
     J.setZero();
     J.block<6, 6>(0, kOwn).setIdentity();
   }
+}
+
+/// Makes the sweeps' problem: a group's block is J J' + s C.
+void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
+  const GroupedDelassus& W = problem.W;
+  SweepWorkspace& work = grouped.sweeps;
+  const SharedCompliance& shared = W.common_compliance;
+  work.lay_out(W.begin, static_cast<bool>(shared), problem.ground != nullptr);
+  work.coupled = !shared;
+  work.goes_on = W.list >= 0 && W.list == grouped.list;
+  grouped.list = W.list;
+  fill_jacobians(problem, grouped);
   if (blocks_hold(W, grouped)) return;
   grouped.edition = W.edition;
   grouped.compliance_scale = W.compliance_scale;
@@ -329,7 +336,7 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
   work.R.transpose().triangularView<Eigen::Upper>().solveInPlace(work.L);
 }
 
-/// Moves the body after a sweep to where the ground's laws hold, as well as the sweep's own change asks for. True if the
+/// Moves the body after a sweep to where the ground's laws hold, as well as the sweep's change asks for. True if the
 /// ground's response has changed so much that the sweeps restart with it.
 bool react(const GroupedContactProblem& problem, const VectorRef& f, double change_N, GroupedWorkspace& work) {
   // Where it cannot be solved, the next gaps try again: in each sweep that would take too long.
@@ -442,46 +449,6 @@ void find_motion(const GroupedDelassus& W, const VectorRef& f, GroupedWorkspace&
   work.common_motion << common_1, common_2;
   work.common_motion.array() *= W.common_mobility.array();
   if (W.common_compliance) give_way(W.common_compliance, f, work);
-}
-
-SurfaceCompliance::SurfaceCompliance(Index contacts) {
-  const Index rows = 3 * contacts + SweepWorkspace::kPadding;
-  p_m.setZero(contacts, 3);
-  for (Eigen::MatrixXd* m : {&k, &a, &b}) m->setZero(contacts, contacts);
-  for (Eigen::MatrixXf* m : {&normal_rows, &cross_rows, &bent_rows}) m->setZero(rows, contacts);
-}
-
-Eigen::Matrix3d SurfaceCompliance::entry(Index i, Index j, const Eigen::Matrix3d& E_i,
-                                         const Eigen::Matrix3d& E_j) const {
-  const Eigen::Vector3d r = p_m.row(i) - p_m.row(j);
-  Eigen::Matrix3d C = k(i, j) * E_i.transpose() * E_j;
-  const Eigen::Matrix3d bent = a(i, j) * E_i.transpose() * E_j + b(i, j) * E_i.transpose() * r * r.transpose() * E_j;
-  C.bottomRightCorner<2, 2>() += bent.bottomRightCorner<2, 2>();
-  return C;
-}
-
-bool SurfaceCompliance::is_finite(Index contacts) const {
-  const auto finite = [&](const Eigen::MatrixXd& m) { return m.topLeftCorner(contacts, contacts).allFinite(); };
-  return finite(k) && finite(a) && finite(b) && p_m.topRows(contacts).allFinite();
-}
-
-void add_compliance(const SurfaceCompliance& compliance, const GroupedDelassus::Axes& axes, Index first, double scale,
-                    Eigen::Ref<Eigen::MatrixXd> W) {
-  for (Index j = 0; 3 * j < W.cols(); ++j) {
-    const Eigen::Matrix3d E_j = axes.middleRows<3>(3 * (first + j)).transpose();
-    for (Index i = 0; 3 * i < W.rows(); ++i) {
-      W.block<3, 3>(3 * i, 3 * j) +=
-          scale * compliance.entry(i, j, axes.middleRows<3>(3 * (first + i)).transpose(), E_j);
-    }
-  }
-}
-
-void add_compliance(const SharedCompliance& compliance, Eigen::Ref<Eigen::MatrixXd> W) {
-  for (Index j = 0; 3 * j < W.cols(); ++j) {
-    const Eigen::Matrix3d T_j = compliance.scale * compliance.T->middleRows<3>(3 * j).transpose();
-    for (Index i = 0; 3 * i < W.rows(); ++i)
-      W.block<3, 3>(3 * i, 3 * j) += (*compliance.k)(i, j) * (compliance.T->middleRows<3>(3 * i) * T_j);
-  }
 }
 
 void GroupedDelassus::to_dense(Eigen::Ref<Eigen::MatrixXd> W) const {

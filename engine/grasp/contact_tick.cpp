@@ -247,6 +247,19 @@ RigidMotion solve_motion(const Model& model, const Frame& frame, const Drive& dr
   return motion;
 }
 
+/// Solves a tick's motion from the forces that it foresees, and remembers how they changed.
+RigidMotion find_motion(const Model& model, const Frame& frame, const Drive& drive, const State& state,
+                        ContactMemory& memory, ContactScratch& work, TickReport& report) {
+  const Index rows = 3 * frame.size();
+  work.f_then.head(rows) = memory.f.head(rows);
+  foresee_forces(model, frame, memory);
+  RigidMotion motion = solve_motion(model, frame, drive, state, memory, work, report);
+  memory.change_N.col(1).head(rows) = memory.change_N.col(0).head(rows);
+  memory.change_N.col(0).head(rows) = memory.f.head(rows) - work.f_then.head(rows);
+  if (report.solve.status == SolveStatus::kNotFinite) memory.change_N.setZero();
+  return motion;
+}
+
 /// The bodies' part of the ledger: the drive is taken at the end of the step, as the springs are.
 void book_motion(const Scene& scene, const Drive& drive, const State& state, const RigidMotion& motion,
                  TickReport& report) {
@@ -425,12 +438,7 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   report.assemble_s = watch.lap();
 
   if (scene.environment) look_around(model, drive.mobility, drive.wrench, state, work.environment);
-  const Index rows = 3 * frame.size();
-  work.f_then.head(rows) = memory.f.head(rows);
-  foresee_forces(model, frame, memory);
-  const RigidMotion motion = solve_motion(model, frame, drive, state, memory, work, report);
-  memory.change_N.col(1).head(rows) = memory.change_N.col(0).head(rows);
-  memory.change_N.col(0).head(rows) = memory.f.head(rows) - work.f_then.head(rows);
+  const RigidMotion motion = find_motion(model, frame, drive, state, memory, work, report);
   report_contacts(frame, memory, work, report);
   const bool moved =
       report.solve.status != SolveStatus::kNotFinite && commit(model, frame, work.kinematics, memory.f, motion, state);
@@ -439,7 +447,6 @@ TickReport contact_tick(const Model& model, const Frame& frame, ContactMemory& m
   if (moved && scene.environment) keep_environment(memory, work, state, report.environment);
   report.solve_s = watch.lap();
   if (!moved) {
-    memory.change_N.setZero();
     work.patches.clear();
     report.solve = {SolveStatus::kNotFinite, report.solve.sweeps, std::numeric_limits<double>::infinity()};
     report.ledger = {};

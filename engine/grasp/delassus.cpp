@@ -193,8 +193,8 @@ GroupedDelassus delassus_operator(const Model& model, const Frame& frame, const 
   W.common_mobility << Vector3d::Constant(mobility.translation), Vector3d::Constant(mobility.rotation), 0.0, 0.0;
   if (model.deformable()) {
     W.compliance = frame.compliance;
-    // Axes of contacts that fade change from tick to tick. What sweeps learn of them does not last: the slowest ticks of
-    // a peg in its hole would take more sweeps, and the mean as many.
+    // Axes of contacts that fade change from tick to tick. What sweeps learn of them does not last: the slowest ticks
+    // of a peg in its hole would take more sweeps, and the mean as many.
     const bool lasts = std::ranges::none_of(frame.contacts, &FrameContact::fades);
     W.list = lasts ? frame.list : -1;
     W.edition = lasts ? frame.compliance_edition : -1;

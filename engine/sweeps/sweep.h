@@ -77,8 +77,8 @@ void run_sweep(const SweepPlan& plan, const std::vector<std::size_t>& rows, int 
                const SweepListener& listener);
 
 /// Writes rows as a table, in the plan's order, part by part: variations, outcome, reason, omissions by `model: auto`,
-/// measures. A unit that all values of a key share is in the header; missing measures are empty. `row_of` has nothing of
-/// a row that is missing.
+/// measures. A unit that all values of a key share is in the header; missing measures are empty. `row_of` has nothing
+/// of a row that is missing.
 void write_rows_csv(const SweepPlan& plan, const std::function<std::optional<SweepRow>(std::size_t row)>& row_of,
                     const std::function<void(std::string_view)>& write);
 

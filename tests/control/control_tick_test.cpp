@@ -73,8 +73,8 @@ TEST_F(ControlTick, GravityActsAtTheCentreOfMass) {
 TEST_F(ControlTick, MusclesDoNotChangeTheDrive) {
   Loop direct(scene_of("box_grasp", {kCoarseBox, "control.muscles=false"}));
   direct.run(50e-3);
-  // 50 ticks of torques that differ by the LCP's rounding, by which a solve may end a sweep sooner or later: residuals of
-  // 1e-7 N, which turn joints by 1e-8 rad.
+  // 50 ticks of torques that differ by the LCP's rounding, by which a solve may end a sweep sooner or later: residuals
+  // of 1e-7 N, which turn joints by 1e-8 rad.
   EXPECT_LE((direct.state.q - loop.state.q).norm(), 2e-8);
   EXPECT_LE((direct.frame.torque_Nm - loop.frame.torque_Nm).norm(), 1e-7);
 }

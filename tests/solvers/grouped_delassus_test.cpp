@@ -306,8 +306,8 @@ int sweeps_along(unsigned seed, bool keeps) {
   return sweeps;
 }
 
-// What the last sweeps have learned of the same contacts saves sweeps. It is no part of the result: the residual is that
-// of the problem as it is, written out.
+// What the last sweeps have learned of the same contacts saves sweeps. It is no part of the result: the residual is
+// that of the problem as it is, written out.
 TEST(GroupedDelassus, SweepsGoOnWithWhatTheyLearned) {
   int kept = 0, anew = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
