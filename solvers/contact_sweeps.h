@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -143,8 +144,8 @@ struct SweepWorkspace {
   Eigen::VectorXd f_last;
   Columns d_change, d_moved, d_f;
   Eigen::Matrix<double, kWindow, kWindow> gram;
-  int differences = 0;    ///< Since the last restart; the newest is in column (differences - 1) % kWindow.
-  bool has_last = false;  ///< True if there is a last result.
+  std::int64_t differences = 0;  ///< Since the last restart; the newest is in column (differences - 1) % kWindow.
+  bool has_last = false;         ///< True if there is a last result.
   double least_change = 0.0;
 };
 
@@ -194,10 +195,10 @@ inline SolveReport finish_sweeps(const Residual& residual, double tolerance, Sol
 }
 
 /// Sweeps from f until the residual is where the settings stop, or stalls below the tolerance. The workspace is laid
-/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; where W f is
-/// not linear, `react(f, change_N)` corrects the gaps after each sweep, and returns true if it has refilled the
-/// workspace. Forces may then act without any free motion: where the residual's scale is rounding beside `acting_N`,
-/// the size of the forces known to act, this is the scale.
+/// out and filled; `gaps(f, delta)` computes delta = W f + delta_free in double precision; where W f is not linear,
+/// `react(f, change_N)` corrects the gaps after each sweep, and returns true if it has refilled the workspace. Forces
+/// may then act without any free motion: where the residual's scale is rounding beside `acting_N`, the size of the
+/// forces known to act, this is the scale.
 template <typename Problem, typename Gaps, typename React>
 SolveReport iterate_sweeps(const Problem& problem, const GaussSeidelSettings& settings, SweepWorkspace& work,
                            const Gaps& gaps, const React& react, ContactSolution solution, double acting_N = 0.0) {

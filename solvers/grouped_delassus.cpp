@@ -341,16 +341,18 @@ void linearise(const CommonGround& ground, GroupedWorkspace& work) {
 bool react(const GroupedContactProblem& problem, const VectorRef& f, double change_N, GroupedWorkspace& work) {
   // Where it cannot be solved, the next gaps try again: in each sweep that would take too long.
   if (work.ground_status != SolveStatus::kConverged) return false;
-  constexpr double kShareOfChange = 1e-2, kFinest = 1e-12, kCoarsest = 1e-6;
+  constexpr double kShareOfChange = 1e-2, kFinest = kGroundTolerance, kCoarsest = 1e-6;
   const double share = change_N > 0.0 ? change_N / f.norm() : 0.0;
   const double tolerance = std::clamp(kShareOfChange * share, kFinest, kCoarsest);
   stand_on(*problem.ground, common_motion(problem.W, f), work, tolerance);
+  if (work.ground_status != SolveStatus::kConverged) return false;
   const Eigen::Matrix<float, 6, 1> moved = (work.R.transpose() * (work.ground.x - work.x_exact)).cast<float>();
   SweepWorkspace::Common ahead = SweepWorkspace::Common::Zero();
   ahead.head<6>() = moved - work.sweeps.moved.segment<6>(work.sweeps.groups.back().row);
   move_body(ahead, work.sweeps);
   if (work.linearisations >= kMostLinearisations || ahead.norm() <= kOtherwise * moved.norm()) return false;
   linearise(*problem.ground, work);
+  work.list = -1;  // What was learned is of the ground as it was, and in its coordinates.
   fill(problem, work);
   return true;
 }

@@ -55,7 +55,7 @@ void set_stop_question(bool (*stop_is_asked)());
 /// Replaces a file by these bytes, completely or not at all; the file keeps its mode, and where that is allowed its
 /// owner. A file that is not regular is written to: for a pipe, as soon as somebody reads it. Throws FileError.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
-/// Likewise, in parts: `fill` writes them one after the other. What it throws leaves the file as it was.
+/// Likewise, in parts: `fill` writes them one after the other. What it throws leaves a regular file as it was.
 void write_file(const std::filesystem::path& path,
                 const std::function<void(const std::function<void(std::string_view)>& write)>& fill);
 

@@ -24,8 +24,6 @@ class KeptCompliance {
 
   /// Numbers the contacts and the compliance of the next frame, and computes this unless the frame has it already.
   void update(const Model& model, Frame& frame);
-  /// Lets the next frame have other numbers in any case, as for another model.
-  void forget() { known_ = false; }
 
   template <typename Archive>
   friend void members(Archive& a, KeptCompliance& x) {

@@ -337,6 +337,7 @@ void press_in(const Model& model, const Frame& frame, ContactMemory& memory, Con
   GroupedDelassus W = delassus_operator(model, frame, work.kinematics, {0.0, 0.0, 0.0});
   W.compliance_scale = object_share;
   W.group_scale = {};
+  W.list = W.edition = -1;  // No tick's W is like it.
   work.delta_free.head(3 * n).setZero();
   for (Index i = 0; i < n; ++i) work.delta_free[3 * i] = gaps_m[i];
   for (int k = 0; k < model.fingers() && model.start && state.tick == 0; ++k) {

@@ -64,11 +64,12 @@ double hand_over(const Model& model, const Frame& frame, State& state, ContactMe
   double dropped_J = 0.0;
   for_each_dropped(frame, state.forces, [&](const ContactForce& force) { dropped_J += force.held_J; });
   carry_forces(model, frame, state.forces, memory.f);
-  const Index old_rows = 3 * std::ssize(state.forces);
+  // A state of another model may have more forces than this one has contacts.
+  const Index old_rows = std::min<Index>(3 * std::ssize(state.forces), memory.change_N.rows());
   work.old_change_N.topRows(old_rows) = memory.change_N.topRows(old_rows);
   for_each_contact(frame, state.forces, [&](Index i, Index old) {
     auto change = memory.change_N.middleRows<3>(3 * i);
-    if (old >= 0) {
+    if (old >= 0 && 3 * old < old_rows) {
       change = work.old_change_N.middleRows<3>(3 * old);
     } else {
       change.setZero();

@@ -57,7 +57,7 @@ SplitGrasp::SplitGrasp(const Model& model, const Model& old, const SplitGrasp& b
       frames_(model),
       snapshots_(static_cast<const ContactSnapshot&>(state_)) {
   controller_.search = ContactSearch(model);
-  controller_.compliance.forget();
+  controller_.compliance = KeptCompliance(model);
   controller_.afference = Afference(model, old, before.controller_.afference);
   controller_.last_tick = same_time(old, controller_.last_tick, model);
   const ControlStep first = control_step();

@@ -52,9 +52,9 @@ std::string difference(const ordered_json& one, const ordered_json& other) {
   return "contents";
 }
 
-/// A line is {"row":3,"plan":<checksum>,"bytes":<count of those from here on>,"outcome":...}. So where rows stand is
-/// known without reading what they are, and a line that was cut shows.
-constexpr std::string_view kRow = R"({"row":)", kBytes = R"(,"bytes":)";
+/// A line is {"row":3,"plan":<checksum>,"crc32":<checksum of what follows>,"outcome":...}. So where rows stand is known
+/// without reading what they are, and a line that was cut or damaged shows.
+constexpr std::string_view kRow = R"({"row":)", kChecksum = R"(,"crc32":)";
 
 /// What follows the number of a row of this plan.
 std::string plan_part(const ordered_json& plan) { return fmt::format(R"(,"plan":{})", checksum(plan)); }
@@ -66,7 +66,7 @@ std::string to_line(std::size_t row, const std::string& plan, const SweepRow& re
                           {"measures", result.measures}};
   std::string rest = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
   rest.front() = ',';
-  return fmt::format("{}{}{}{}{}{}\n", kRow, row, plan, kBytes, rest.size(), rest);
+  return fmt::format("{}{}{}{}{}{}\n", kRow, row, plan, kChecksum, crc32(rest), rest);
 }
 
 /// Takes a prefix, or a number, from a text. False if it does not begin with it.
@@ -84,9 +84,9 @@ bool take(std::string_view& text, std::size_t& number) {
 
 /// Returns the row of a line; nothing if it is truncated or another plan's.
 std::optional<std::size_t> row_of(std::string_view line, const std::string& plan) {
-  std::size_t row = 0, bytes = 0;
-  const bool is_whole = take(line, kRow) && take(line, row) && take(line, plan) && take(line, kBytes) &&
-                        take(line, bytes) && line.size() == bytes;
+  std::size_t row = 0, sum = 0;
+  const bool is_whole = take(line, kRow) && take(line, row) && take(line, plan) && take(line, kChecksum) &&
+                        take(line, sum) && crc32(line) == sum;
   return is_whole ? std::optional(row) : std::nullopt;
 }
 
@@ -164,9 +164,8 @@ FinishedRows::FinishedRows(const fs::path& folder, const SweepPlan& plan, const 
     : places_(plan.rows()) {
   const std::string its = plan_part(json);
   for (const fs::path& file : journals(folder)) {
-    files_.push_back(std::make_unique<OpenFile>(file, O_RDONLY | O_NONBLOCK));
-    const bool is_open = files_.back()->descriptor >= 0;
-    if (!is_open || !read_journal(static_cast<std::uint32_t>(files_.size() - 1), its)) {
+    files_.push_back(file);
+    if (!read_journal(static_cast<std::uint32_t>(files_.size() - 1), its)) {
       throw ReadError(file, "cannot be read: " + std::generic_category().message(errno));
     }
   }
@@ -176,7 +175,9 @@ bool FinishedRows::read_journal(std::uint32_t file, const std::string& plan) {
   std::string text;         // From the beginning of a line on,
   std::uint64_t begin = 0;  // which is here in the file.
   std::vector<char> part(1 << 20);
-  for (ssize_t size = 0; (size = ::read(files_[file]->descriptor, part.data(), part.size())) != 0;) {
+  const OpenFile journal(files_[file], O_RDONLY | O_NONBLOCK);
+  if (journal.descriptor < 0) return false;
+  for (ssize_t size = 0; (size = ::read(journal.descriptor, part.data(), part.size())) != 0;) {
     if (size < 0) return false;
     text.append(part.data(), static_cast<std::size_t>(size));
     std::size_t from = 0;
@@ -196,7 +197,8 @@ std::optional<SweepRow> FinishedRows::read(std::size_t row) const {
   const Place& at = places_[row];
   if (at.bytes == 0) return std::nullopt;
   std::string text(at.bytes, ' ');
-  const ssize_t size = pread(files_[at.file]->descriptor, text.data(), text.size(), static_cast<off_t>(at.begin));
+  const OpenFile journal(files_[at.file], O_RDONLY | O_NONBLOCK);
+  const ssize_t size = pread(journal.descriptor, text.data(), text.size(), static_cast<off_t>(at.begin));
   return size == static_cast<ssize_t>(text.size()) ? read_line(text) : std::nullopt;
 }
 
@@ -216,7 +218,8 @@ SweepJournal::SweepJournal(const fs::path& folder, int rank, ordered_json plan)
   // A partial line of a killed process becomes a line of its own.
   const off_t size = lseek(descriptor_, 0, SEEK_END);
   char last = '\n';
-  if (size > 0 && pread(descriptor_, &last, 1, size - 1) == 1 && last != '\n' && write(descriptor_, "\n", 1) != 1) {
+  const bool is_read = size == 0 || (size > 0 && pread(descriptor_, &last, 1, size - 1) == 1);
+  if (!is_read || (last != '\n' && write(descriptor_, "\n", 1) != 1)) {
     throw FileError(file_, "cannot be written");
   }
 }

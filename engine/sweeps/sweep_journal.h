@@ -4,14 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/formats/files.h"
-#include "engine/formats/open_file.h"
 #include "engine/sweeps/sweep.h"
 
 // A sweep's folder: plan.json identifies the sweep, journal-<rank>.jsonl holds the finished rows of each process, a
@@ -46,7 +44,7 @@ class FinishedRows {
   };
   [[nodiscard]] bool read_journal(std::uint32_t file, const std::string& plan);
 
-  std::vector<std::unique_ptr<OpenFile>> files_;
+  std::vector<std::filesystem::path> files_;
   std::vector<Place> places_;
   std::size_t count_ = 0;
 };

@@ -77,6 +77,21 @@ TEST_P(ChangedGrasp, HoldsTheBox) {
   }
 }
 
+// What the grasp before kept had room for few contacts; now there are more.
+TEST(SplitGrasp, GoesOnWithMoreContacts) {
+  Model model = build_model(split_scene());
+  set_fingertips(model, PulpKernel::kBoussinesq, 5);
+  const auto few = model.max_contacts;
+  auto grasp = std::make_unique<SplitGrasp>(model);
+  run(*grasp, 500);
+  const Model old = model;
+  set_fingertips(model, PulpKernel::kBoussinesq, 0);
+  grasp = std::make_unique<SplitGrasp>(model, old, *grasp);
+  run(*grasp, 700);
+  ASSERT_GT(std::ssize(grasp->state().forces), few);
+  EXPECT_TRUE(is_finite(grasp->state()));
+}
+
 INSTANTIATE_TEST_SUITE_P(SplitGrasp, ChangedGrasp,
                          testing::Values(Change{"Nothing", PulpKernel::kBoussinesq, 0, 1e-3},
                                          Change{"Coarse", PulpKernel::kBoussinesq, 2, 1e-3},

@@ -110,6 +110,24 @@ TEST(SweepJournal, ACutLineIsNoRowWhereverItIsCut) {
   }
 }
 
+// A letter that is another one, as a disk or a hand may leave it, makes a row missing, which then runs again.
+TEST(SweepJournal, ADamagedLineIsNoRow) {
+  const fs::path folder = scratch();
+  const SweepPlan plan = small_plan({"contact.friction=0.1:0.9:5"});
+  const auto json = plan_json(plan, "test");
+  static_cast<void>(claim_sweep_folder(folder, json));
+  SweepJournal(folder, 0, json).add(1, row_of(Outcome::kHeld, "a reason", R"({"final_error_mm": 0.25})"));
+  const std::string whole = read(folder / "journal-0.jsonl");
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = damaged[at] == '7' ? '8' : '7';
+    std::ofstream(folder / "journal-0.jsonl") << damaged;
+    EXPECT_EQ(FinishedRows(folder, plan, json).count(), 0U) << damaged;
+  }
+  std::ofstream(folder / "journal-0.jsonl") << whole;
+  EXPECT_TRUE(FinishedRows(folder, plan, json).contains(1));
+}
+
 // A row's line does not carry the plan, however many values this has: a sweep of many rows takes time with its rows.
 TEST(SweepJournal, LinesAreShortHoweverLongThePlan) {
   const fs::path folder = scratch();
