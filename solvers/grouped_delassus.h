@@ -164,7 +164,7 @@ struct GroupedWorkspace {
   double compliance_scale = 0.0;
   decltype(SweepWorkspace::J) J_then;
   float J_then_most = 0.0F;  // Its largest entry, without the rows of the common body itself.
-  GroundWorkspace ground;  ///< Out if there is a ground: its forces, and the body's motion.
+  GroundWorkspace ground;    ///< Out if there is a ground: its forces, and the body's motion.
   // (M^-1 + J' K J)^-1 = L L' of the body on the ground, L = R^-T; its motion when gaps were last computed.
   Eigen::Matrix<double, 6, 6> R, L;
   GroundProblem::Motion x_exact;
