@@ -77,7 +77,7 @@ KeptCompliance::KeptCompliance(const Model& model)
     : begin_(model.fingers() + 1), control_points_(model.max_contacts), softness_(model.fingers()) {}
 
 bool KeptCompliance::has_contacts_of(const Frame& frame) const {
-  return known_ && frame.begin == begin_ &&
+  return list_ > 0 && frame.begin == begin_ &&
          std::equal(frame.contacts.begin(), frame.contacts.end(), control_points_.begin(),
                     [](const FrameContact& contact, Index c) { return contact.control_point == c; });
 }
@@ -89,7 +89,6 @@ void KeptCompliance::update(const Model& model, Frame& frame) {
   });
   if (!same) {
     ++list_;
-    known_ = true;
     begin_ = frame.begin;
     std::ranges::transform(frame.contacts, control_points_.begin(), &FrameContact::control_point);
   }

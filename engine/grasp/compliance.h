@@ -27,15 +27,14 @@ class KeptCompliance {
 
   template <typename Archive>
   friend void members(Archive& a, KeptCompliance& x) {
-    a(x.list_, x.edition_, x.known_, x.whole_, x.begin_, x.control_points_, x.softness_);
+    a(x.list_, x.edition_, x.whole_, x.begin_, x.control_points_, x.softness_);
   }
 
  private:
   [[nodiscard]] bool has_contacts_of(const Frame& frame) const;
 
-  std::int64_t list_ = 0, edition_ = 0;
-  bool known_ = false;  // True if the last contacts are those of the members below.
-  bool whole_ = false;  // True if their compliance follows from them and the softness.
+  std::int64_t list_ = 0, edition_ = 0;  // 0 before the first frame.
+  bool whole_ = false;                   // True if the last compliance follows from the members below.
   std::vector<Eigen::Index> begin_, control_points_;
   PerFinger<double> softness_;
 };
