@@ -66,9 +66,9 @@ TEST(PointTree, EveryPointLiesInOneLeafInOrder) {
 TEST(PointTree, NodesSplitAlongTheirLongestAxis) {
   for (const auto& [name, points_m, leaves] : cases()) {
     const std::vector<Index> order = order_by_leaves(points_m, leaves);
-    const auto points_of = [&](const TreeNode& node) {
+    const auto points_of = [&, &points = points_m](const TreeNode& node) {
       const std::vector<Index> of(order.begin() + node.begin, order.begin() + node.end);
-      return Matrix3Xd(points_m(Eigen::all, of));
+      return Matrix3Xd(points(Eigen::all, of));
     };
     // From a level to the next finer one: each node is there still, or stands as its two children.
     std::vector<TreeNode> above = tree_nodes(points_m.cols(), leaves, leaves);

@@ -200,7 +200,6 @@ TEST(JointStops, FingersMayHaveViscositiesOfTheirOwn) {
 
   scene.hand.fingertips[1].joint_viscosity = 0.21;
   Loop own(scene);
-  Ledger sum;
   for (int tick = 0; tick < 100; ++tick) {
     const TickReport report = own.tick();
     EXPECT_NEAR(report.ledger.drive_J + report.ledger.injected_J,
