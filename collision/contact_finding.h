@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -72,6 +73,12 @@ void keep_least_gaps(Eigen::Index most, std::vector<ContactCandidate>& candidate
 /// Widens the bands of control points from the next call on, each by its own length; empty: by nothing. For used
 /// memory.
 void widen(std::span<const double> wider_m, FindingMemory& memory);
+
+/// Lets a control point sleep, as its caller knows its contact, until it is woken, or the band grows. For used memory.
+inline void let_sleep(Eigen::Index control_point, FindingMemory& memory) {
+  memory.wakes_m[control_point] = std::numeric_limits<double>::infinity();
+}
+inline void wake(Eigen::Index control_point, FindingMemory& memory) { memory.wakes_m[control_point] = 0.0; }
 
 /// Finds the control points of a body (3 x L in its own frame, posed by X_SB in the surface's frame) that lie within
 /// the band of `surface` or inside it: those inside its bounds grown by the band near a sample, whose signed distance

@@ -28,25 +28,17 @@ constexpr double kTurned = 0.3;
 // A sheared point has its own place on the surface looked for, where it has gone so many supports along it, and the
 // normal turns by so much on that way.
 constexpr double kAside = 0.05, kTurn_rad = 1e-3;
-// A foot is held while its point goes no farther than this: then the torus there has the surface's normal to about the
-// square of the turn, and its height to the cube of it.
-constexpr double kHeld = 0.1, kHeldTurn_rad = 0.01;
+// A contact is held while its point goes no farther than this, in supports, and the surface's normal turns by no more,
+// on an exact face or on samples: then the torus there has the surface's normal to about the square of the turn, where
+// its curvature is exact.
+constexpr double kHeldOnFace = 0.1, kHeldTurnOnFace_rad = 0.01, kHeld = kAside, kHeldTurn_rad = kTurn_rad;
+// It is forgotten this far off, in bands: at one it would come and go.
+constexpr double kHeldBands = 2.0;
 // A thin wall has two faces.
 constexpr double kSameFace = 0.5;
 
 // Less than this is flat: 5 nm lower a millimetre off.
 constexpr double kFlat_per_m = 0.01;
-
-/// `n_O` is out of the object.
-FrameContact frame_contact(const Fingertip& tip, const Matrix3d& R_OF, int finger, Index control_point,
-                           const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O, const SurfaceBend& bend) {
-  FrameContact contact;
-  contact.finger = finger;
-  contact.control_point = control_point;
-  contact.p_F = p_F;
-  put_on_surface(s_O, n_O, bend, tip, R_OF, contact);
-  return contact;
-}
 
 /// The search of one finger's pulp.
 struct PulpSearch {
@@ -65,8 +57,9 @@ struct PulpSearch {
   /// Out of the pulp at rest, and into what it presses.
   [[nodiscard]] Vector3d normal_O(Index c) const { return X_OF.linear() * pulp().control_normals.row(c).transpose(); }
 
+  [[nodiscard]] double cosine_at(Index c, const Vector3d& normal) const { return normal.dot(normal_O(c)); }
   [[nodiscard]] bool faces_away(const ContactCandidate& c) const {
-    return c.normal.dot(normal_O(c.control_point)) > kFarSide;
+    return cosine_at(c.control_point, c.normal) > kFarSide;
   }
 
   /// A pulp reaches around what bends more than itself, and touches that from all sides that it faces.
@@ -84,30 +77,133 @@ struct PulpSearch {
   /// Points that are near the surface at rest, or as they are deformed. A finger at work has contacts enough near the
   /// surface: what is farther is not left out. Whether any is beyond the middle of something, with room or without.
   [[nodiscard]] bool find() {
-    std::vector<ContactCandidate>& candidates = search.candidates;
     FindingMemory& memory = search.memory[finger];
     if (!memory.known.empty()) widen(widened(), memory);
+    held().reserve(pulp().controls());  // A copy has room for what it holds alone.
+    const bool all_hold = look_again(memory);
     find_contacts(pulp().control_points_m, X_OF, model.object, {band_m, depth_m + band_m, pulp().controls()}, memory,
-                  candidates);
-    std::erase_if(candidates, [&](ContactCandidate& c) { return !place(c); });
-    double within_m = model.scene.contact.band_m;
-    const auto is_within = [&](const ContactCandidate& c) { return std::min(c.gap_m, c.deformed_gap_m) < within_m; };
-    while (within_m < band_m && std::count_if(candidates.begin(), candidates.end(), is_within) < most()) {
-      within_m = std::min(2.0 * within_m, band_m);
-    }
-    std::erase_if(candidates, [&](const ContactCandidate& c) { return !is_within(c); });
-    const bool beyond = std::ranges::any_of(candidates, &ContactCandidate::is_beyond);
-    keep_least();
-    return beyond;
+                  search.candidates);
+    if (!all_hold || !search.candidates.empty()) merge(memory);
+    choose_near();
+    return std::ranges::any_of(search.near, &NearPoint::is_beyond);
   }
 
-  void keep_least() {
-    search.left_out.clear();
-    keep_least_gaps(most(), search.candidates, &search.left_out);
+  [[nodiscard]] std::vector<HeldContact>& held() const { return search.held[finger]; }
+
+  [[nodiscard]] NearPoint near_point(const HeldContact& held, const Vector3d& p_O, const Vector3d& x_O) const {
+    const FrameContact& contact = held.contact;
+    const Vector3d way = x_O - held.x_O;
+    const double over = contact.n_O.dot(way), along = contact.t_O.dot(way);
+    const double across2 = way.squaredNorm() - over * over - along * along;
+    const double bent_m = 0.5 * (contact.curvature_per_m * along * along + contact.ring_curvature_per_m * across2);
+    const double deformed_gap_m = held.deformed_gap_m - over + bent_m;
+    const double gap_m = held.gap_m - contact.n_O.dot(p_O - held.p_O) + bent_m;
+    const bool is_beyond = !held.is_round && cosine_at(contact.control_point, -contact.n_O) > kFarSide;
+    return {gap_m, std::min(gap_m, deformed_gap_m), is_beyond, &held};
+  }
+
+  /// Finds where the held contacts are near. Marks those that hold no longer, and wakes their control points: false if
+  /// there are any.
+  [[nodiscard]] bool look_again(FindingMemory& memory) const {
+    bool all = true;
+    search.near.clear();
+    for (HeldContact& held : this->held()) {
+      const Index c = held.contact.control_point;
+      const Vector3d p = p_O(c), u = u_O(c), x = p - u;
+      search.near.push_back(near_point(held, p, x));
+      const double free_m2 = held.free_m * held.free_m;
+      const bool is_seen = !held.is_round || cosine_at(c, -held.contact.n_O) <= 0.0;
+      if ((p - held.p_O).squaredNorm() < free_m2 && (x - held.x_O).squaredNorm() < free_m2 && is_seen &&
+          search.near.back().least_m < kHeldBands * (band_m + u.norm())) {
+        continue;
+      }
+      held.free_m = -1.0;
+      wake(c, memory);
+      all = false;
+    }
+    return all;
+  }
+
+  /// Puts the candidates among the contacts that hold, and forgets what holds no longer.
+  void merge(FindingMemory& memory) const {
+    auto at = held().begin();
+    bool in_place = true;
+    for (ContactCandidate& candidate : search.candidates) {
+      const Index c = candidate.control_point;
+      while (at != held().end() && at->contact.control_point < c) ++at;
+      const bool is_known = at != held().end() && at->contact.control_point == c;
+      int face = -1;
+      if (!place(candidate, is_known ? &*at : nullptr, face)) continue;
+      const HeldContact made{
+          frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c, pulp().control_points_m.col(c),
+                        candidate.point_m, candidate.normal, candidate.bend),
+          p_O(c),
+          p_O(c) - u_O(c),
+          candidate.gap_m,
+          candidate.deformed_gap_m,
+          free_m(candidate),
+          candidate.sample,
+          face,
+          candidate.is_smooth,
+          is_round(candidate)};
+      if (is_known) {
+        *at = made;
+      } else {
+        at = held().insert(at, made);
+        in_place = false;
+      }
+      if (at->free_m > 0.0) let_sleep(c, memory);
+      if (in_place) search.near[at - held().begin()] = near_point(*at, at->p_O, at->x_O);
+    }
+    const auto forgotten = std::erase_if(held(), [](const HeldContact& one) { return one.free_m < 0.0; });
+    if (in_place && forgotten == 0) return;
+    search.near.clear();
+    for (const HeldContact& one : held()) {
+      const Vector3d p = p_O(one.contact.control_point);
+      search.near.push_back(near_point(one, p, p - u_O(one.contact.control_point)));
+    }
+  }
+
+  /// How far a candidate's point may go until its contact no longer holds.
+  [[nodiscard]] double free_m(const ContactCandidate& c) const {
+    // What a plane would be off by: of this the torus knows the most.
+    const double error_m = model.scene.contact.distance_error_m;
+    // On a soft object contacts are where loads act, and go on evenly.
+    if (!c.is_smooth || model.soft_object() || !(error_m > 0.0)) return 0.0;
+    const bool on_face = model.exact.has_value();
+    const double bend_per_m = std::max(kFlat_per_m, c.bend.most_per_m());
+    return std::min({(on_face ? kHeldOnFace : kHeld) * model.object.support_m(),
+                     (on_face ? kHeldTurnOnFace_rad : kHeldTurn_rad) / bend_per_m,
+                     std::sqrt(2.0 * error_m / bend_per_m)});
+  }
+
+  /// Sorts out the points in the band, those first that there is room for.
+  void choose_near() const {
+    std::vector<NearPoint>& near = search.near;
+    double within_m = model.scene.contact.band_m;
+    const auto is_within = [&](const NearPoint& point) { return point.least_m < within_m; };
+    while (within_m < band_m && std::ranges::count_if(near, is_within) < most()) {
+      within_m = std::min(2.0 * within_m, band_m);
+    }
+    std::erase_if(near, [&](const NearPoint& point) { return !is_within(point); });
+    search.room = static_cast<std::size_t>(std::min(std::ssize(near), most()));
+    const auto end = near.begin() + static_cast<std::ptrdiff_t>(search.room);
+    if (end == near.end()) return;
+    std::nth_element(near.begin(), end, near.end());
+    std::sort(near.begin(), end, [](const NearPoint& a, const NearPoint& b) { return a.held < b.held; });
+  }
+
+  [[nodiscard]] std::span<const NearPoint> with_room() const { return std::span(search.near).first(search.room); }
+  [[nodiscard]] std::span<const NearPoint> without_room() const { return std::span(search.near).subspan(search.room); }
+
+  /// Sets the axes that a held contact has now.
+  void set_axes(FrameContact& contact) const {
+    contact.E_F = contact_frame(model.scene.hand.fingertips[finger].normal, X_OF.linear().transpose() * contact.n_O);
   }
 
   /// Where on the surface a candidate is as it is deformed. False if that is the back of something round.
-  [[nodiscard]] bool place(ContactCandidate& c) const {
+  /// `then` is its contact of the frame before, if any; `face` is set to the exact face that it is on.
+  [[nodiscard]] bool place(ContactCandidate& c, const HeldContact* then, int& face) const {
     c.deformed_gap_m = c.gap_m;
     c.bend = model.object.bend(c.sample);
     c.is_beyond = false;
@@ -123,7 +219,7 @@ struct PulpSearch {
       return true;
     }
     const Vector3d x_O = p_O(c.control_point) - u;
-    if (!move_on_face(x_O, u, c) && !move_on_samples(x_O, u, c)) c.deformed_gap_m -= u.dot(c.normal);
+    if (!move_on_face(x_O, u, then, c, face) && !move_on_samples(x_O, u, c)) c.deformed_gap_m -= u.dot(c.normal);
     c.gap_m = c.deformed_gap_m + u.dot(c.normal);
     if (!is_round(c)) {
       c.is_beyond = faces_away(c);
@@ -132,29 +228,19 @@ struct PulpSearch {
     return c.normal.dot(normal_O(c.control_point)) <= 0.0;
   }
 
-  /// Of an object that has exact faces, and away from their edges. The foot is that of x, or of where the point was a
-  /// little before.
-  [[nodiscard]] bool move_on_face(const Vector3d& x_O, const Vector3d& u, ContactCandidate& c) const {
+  /// Of an object that has exact faces, and away from their edges.
+  [[nodiscard]] bool move_on_face(const Vector3d& x_O, const Vector3d& u, const HeldContact* then, ContactCandidate& c,
+                                  int& face) const {
     if (!model.exact) return false;
-    HeldFoot& held = search.feet[finger][c.control_point];
-    const double moved_m = (x_O - held.x_O).norm(), support_m = model.object.support_m();
-    // On a soft object feet are where loads act, and go on evenly.
-    const bool is_held = !model.soft_object() && moved_m < kHeld * support_m &&
-                         moved_m * std::abs(held.at.k1_per_m) < kHeldTurn_rad &&
-                         held.at.normal.dot(c.normal) > kSameFace;
-    if (!is_held) {
-      const double aside_m = (u - u.dot(c.normal) * c.normal).norm();
-      const int face = face_at(*model.exact, c.point_m, c.normal, support_m + aside_m);
-      const bool is_near = face == held.face && moved_m < support_m;
-      const Vector3d near_m = is_near ? held.at.point_m : c.point_m;
-      held = {x_O, face, {.normal = c.normal}};
-      if (face >= 0) held.at = foot_on_face(*model.exact, face, x_O, near_m);
-    }
-    if (held.face < 0) return false;
-    c.deformed_gap_m = height_over(held.at, x_O);
-    c.point_m = held.at.point_m;
-    c.normal = held.at.normal;
-    c.bend = {held.at.t1, held.at.k1_per_m, held.at.k2_per_m};
+    const double support_m = model.object.support_m(), aside_m = (u - u.dot(c.normal) * c.normal).norm();
+    face = face_at(*model.exact, c.point_m, c.normal, support_m + aside_m);
+    if (face < 0) return false;
+    const bool is_near = then != nullptr && then->face == face && (x_O - then->x_O).norm() < support_m;
+    const SurfaceForm at = foot_on_face(*model.exact, face, x_O, is_near ? then->contact.s_O : c.point_m);
+    c.deformed_gap_m = at.distance_m;
+    c.point_m = at.point_m;
+    c.normal = at.normal;
+    c.bend = {at.t1, at.k1_per_m, at.k2_per_m};
     return true;
   }
 
@@ -181,14 +267,15 @@ struct PulpSearch {
   [[nodiscard]] bool is_at_edge() const {
     KnownSample& known = search.known_ball[finger];
     const auto is_beside = [&](Index sample) { return !model.object.beside(sample).empty(); };
-    if (std::ranges::any_of(search.candidates, is_beside, &ContactCandidate::sample)) return true;
+    const auto is_near_edge = [&](const NearPoint& near) { return is_beside(near.held->sample); };
+    if (std::ranges::any_of(with_room(), is_near_edge)) return true;
     // A tip or a rib may be between control points.
     const double reach_m = outer_radius_m(model.scene.hand.fingertips[finger]) + band_m;
     const Vector3d centre_O = X_OF * model.scene.hand.fingertips[finger].centre_m;
     for (Index i = 0; i < model.fine_edges_m.cols(); ++i) {
       if ((model.fine_edges_m.col(i) - centre_O).squaredNorm() < reach_m * reach_m) return true;
     }
-    if (!search.candidates.empty() || model.object.bounds().exteriorDistance(centre_O) > reach_m) return false;
+    if (search.room > 0 || model.object.bounds().exteriorDistance(centre_O) > reach_m) return false;
     const PulpBall ball = touching_ball(model.scene.hand.fingertips[finger], model.object, X_OF);
     const Index nearest =
         find_nearest(model.object, X_OF * ball.centre_m, ball.radius_m + band_m, known.sample, known).sample;
@@ -206,16 +293,21 @@ struct PulpSearch {
 
   /// The contact of a cell that no edge cuts, with the face of this sample: the one that was found, if it is of that
   /// face.
-  [[nodiscard]] std::optional<ContactCandidate> whole_cell(Index c, Index sample, const ContactCandidate* found) const {
+  [[nodiscard]] std::optional<FrameContact> whole_cell(Index c, Index sample, const NearPoint* found) const {
     const Vector3d n = model.object.cloud().normals.col(sample);
-    if (found && found->is_smooth && !found->is_beyond && found->normal.dot(n) > kSameFace) return *found;
+    if (found && found->held->is_smooth && !found->is_beyond && found->held->contact.n_O.dot(n) < -kSameFace) {
+      return found->held->contact;
+    }
     // The face that is before it, unless that is seen from behind.
     if (n.dot(normal_O(c)) > kFarSide + kTurned) return std::nullopt;
     ContactCandidate whole = on_face(c, sample);
-    if (!place(whole) || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) return std::nullopt;
+    int face = -1;
+    if (!place(whole, nullptr, face) || whole.is_beyond || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m)
+      return std::nullopt;
     // What is farther in is seen from the pulp's other side.
     if (whole.gap_m < -model.scene.hand.fingertips[finger].radius_m) return std::nullopt;
-    return whole;
+    return frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c, pulp().control_points_m.col(c),
+                         whole.point_m, whole.normal, whole.bend);
   }
 
   /// How often a finger will have gone the way since the last frame again, when this frame is half used.
@@ -239,10 +331,10 @@ struct PulpSearch {
     const double softness = thenar::softness(pulp.material, snapshot.load[finger].normal_N);
     const Isometry3d& X_then = search.X_OF_then[finger];
     const double ways = ways_to_go();
-    auto found = search.candidates.begin();
+    auto found = with_room().begin();
     for (Index c = 0; c < pulp.controls(); ++c) {
-      while (found != search.candidates.end() && found->control_point < c) ++found;
-      const bool is_found = found != search.candidates.end() && found->control_point == c;
+      while (found != with_room().end() && found->control_point() < c) ++found;
+      const bool is_found = found != with_room().end() && found->control_point() == c;
       EdgeCell cell{finger, c, p_O(c), normal_O(c), u_O(c)};
       const Vector3d before_O = cell.p_O - back_m * cell.N_O;
       if (ways > 0.0) cell.way_O = ways * (cell.p_O - X_then * pulp.control_points_m.col(c));
@@ -253,10 +345,10 @@ struct PulpSearch {
                             ? AtEdge::kWhole
                             : edge_contact(model, X_OF, cell, softness, band_m, search.edges, contact);
       if (is == AtEdge::kWhole) {
-        const auto whole = whole_cell(c, cell.sample, is_found ? &*found : nullptr);
-        if (!whole || whole->is_beyond) continue;
-        contact = frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c,
-                                pulp.control_points_m.col(c), whole->point_m, whole->normal, whole->bend);
+        const std::optional<FrameContact> whole = whole_cell(c, cell.sample, is_found ? &*found : nullptr);
+        if (!whole) continue;
+        contact = *whole;
+        set_axes(contact);
       } else if (is == AtEdge::kFree) {
         continue;
       }
@@ -264,111 +356,6 @@ struct PulpSearch {
     }
   }
 };
-
-/// find_fine_samples() of a pulp that is no sphere.
-bool find_fine_samples_of_shape(const Model& model, const Isometry3d& X_OF, int finger, double band_m,
-                                ContactSearch& search) {
-  const Fingertip& tip = model.scene.hand.fingertips[finger];
-  const Pulp& pulp = model.pulps[finger];
-  const Isometry3d X_FO = X_OF.inverse();
-  const double reach_m = tip.shape->outer_radius_m() + band_m;
-  bool any = false;
-  for (Index i = 0; i < model.fine_m.cols(); ++i) {
-    const Vector3d s_F = X_FO * model.fine_m.col(i);
-    if ((s_F - tip.centre_m).squaredNorm() >= reach_m * reach_m) continue;
-    const PulpPlace place = nearest_place(tip, s_F);
-    if (place.distance_m >= band_m) continue;
-    if (!any) search.deepest.assign(pulp.controls(), -1);
-    any = true;
-    Index c = 0;
-    (pulp.control_points_m.colwise() - place.point_m).colwise().squaredNorm().minCoeff(&c);
-    Index& deepest = search.deepest[c];
-    if (deepest < 0 || place.distance_m < nearest_place(tip, X_FO * model.fine_m.col(deepest)).distance_m) deepest = i;
-  }
-  return any;
-}
-
-/// For each control point the fine sample that is deepest in the pulp, or nearest to it within the band, among those
-/// nearer to it than to other control points. False if there is none.
-bool find_fine_samples(const Model& model, const Isometry3d& X_OF, int finger, double band_m, ContactSearch& search) {
-  if (model.pulps[finger].shape) return find_fine_samples_of_shape(model, X_OF, finger, band_m, search);
-  const Fingertip& tip = model.scene.hand.fingertips[finger];
-  const Pulp& pulp = model.pulps[finger];
-  const Vector3d centre_O = X_OF * tip.centre_m;
-  const double radius_m = tip.radius_m + band_m;
-  bool any = false;
-  for (Index i = 0; i < model.fine_m.cols(); ++i) {
-    const Vector3d way_O = model.fine_m.col(i) - centre_O;
-    const double squared = way_O.squaredNorm();
-    if (squared >= radius_m * radius_m || squared == 0.0) continue;
-    if (!any) search.deepest.assign(pulp.controls(), -1);
-    any = true;
-    Index c = 0;
-    pulp.control_normals.lazyProduct(Vector3d(X_OF.linear().transpose() * way_O)).maxCoeff(&c);
-    Index& deepest = search.deepest[c];
-    if (deepest < 0 || squared < (model.fine_m.col(deepest) - centre_O).squaredNorm()) deepest = i;
-  }
-  return any;
-}
-
-/// Hands a finger's contacts to the frame, as many of least gap as there is room for.
-void take_nearest(const Model& model, const Isometry3d& X_FO, std::vector<FrameContact>& contacts, Frame& frame) {
-  const auto gap_m = [&](const FrameContact& contact) { return contact_gap(contact, X_FO, Vector3d::Zero()).gap_m; };
-  const auto end = contacts.begin() + std::min(std::ssize(contacts), model.scene.contact.max_per_finger);
-  if (end != contacts.end()) {
-    std::nth_element(contacts.begin(), end, contacts.end(),
-                     [&](const FrameContact& a, const FrameContact& b) { return gap_m(a) < gap_m(b); });
-  }
-  std::sort(contacts.begin(), end,
-            [](const FrameContact& a, const FrameContact& b) { return a.control_point < b.control_point; });
-  frame.contacts.insert(frame.contacts.end(), contacts.begin(), end);
-  frame.left_out.insert(frame.left_out.end(), end, contacts.end());
-}
-
-/// The reverse pass: fine samples in the pulp, or near it, become contacts of the control points that they passed by,
-/// unless those are deeper contacts themselves. The normal is the pulp's: a tip has none.
-[[gnu::flatten]] void add_fine_contacts(const Model& model, const HandPose& pose, const Isometry3d& X_WO, int finger,
-                                        double band_m, ContactSearch& search, Frame& frame) {
-  const Isometry3d X_OF = X_WO.inverse() * pose.distal(model.scene.hand, finger);
-  if (!find_fine_samples(model, X_OF, finger, band_m, search)) return;
-  const Fingertip& tip = model.scene.hand.fingertips[finger];
-  const Isometry3d X_FO = X_OF.inverse();
-  const auto gap_m = [&](const FrameContact& contact) { return contact_gap(contact, X_FO, Vector3d::Zero()).gap_m; };
-  const auto first = frame.contacts.begin() + frame.begin[finger];
-  search.contacts.assign(first, frame.contacts.end());
-  frame.contacts.erase(first, frame.contacts.end());
-  auto found = search.contacts.begin();
-  const auto known = search.contacts.size();
-  for (Index c = 0; c < std::ssize(search.deepest); ++c) {
-    if (search.deepest[c] < 0) continue;
-    const Vector3d s_O = model.fine_m.col(search.deepest[c]);
-    const Vector3d s_F = X_FO * s_O;
-    Vector3d n_F = (s_F - tip.centre_m).normalized(), p_F = tip.centre_m + tip.radius_m * n_F;
-    if (tip.shape) {
-      const PulpPlace place = nearest_place(tip, s_F);
-      n_F = place.normal;
-      p_F = place.point_m;
-    }
-    const FrameContact fine = frame_contact(tip, X_OF.linear(), finger, c, p_F, s_O, -(X_OF.linear() * n_F), {});
-    const auto end = search.contacts.begin() + static_cast<std::ptrdiff_t>(known);
-    while (found != end && found->control_point < c) ++found;
-    if (found == end || found->control_point != c) {
-      search.contacts.push_back(fine);
-    } else if (gap_m(fine) < gap_m(*found)) {
-      *found = fine;
-    }
-  }
-  take_nearest(model, X_FO, search.contacts, frame);
-}
-
-/// What there was no room for.
-void add_left_out(const Model& model, const Matrix3d& R_OF, int finger, const ContactSearch& search, Frame& frame) {
-  const Pulp& pulp = model.pulps[finger];
-  for (const ContactCandidate& c : search.left_out) {
-    frame.left_out.push_back(frame_contact(model.scene.hand.fingertips[finger], R_OF, finger, c.control_point,
-                                           pulp.control_points_m.col(c.control_point), c.point_m, c.normal, c.bend));
-  }
-}
 
 void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot, int finger,
                         double band_m, ContactSearch& search, Frame& frame) {
@@ -383,12 +370,8 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactS
     pulp.find_along_normals();
     take_nearest(model, pulp.X_OF.inverse(), search.contacts, frame);
   } else {
-    for (const ContactCandidate& c : search.candidates) {
-      frame.contacts.push_back(frame_contact(tip, pulp.X_OF.linear(), finger, c.control_point,
-                                             pulp.pulp().control_points_m.col(c.control_point), c.point_m, c.normal,
-                                             c.bend));
-    }
-    add_left_out(model, pulp.X_OF.linear(), finger, search, frame);
+    for (const NearPoint& near : pulp.with_room()) pulp.set_axes(frame.contacts.emplace_back(near.held->contact));
+    for (const NearPoint& near : pulp.without_room()) frame.left_out.push_back(near.held->contact);
   }
   const auto contacts = std::span<const FrameContact>(frame.contacts).subspan(frame.begin[finger]);
   if (!beyond) {
@@ -399,7 +382,7 @@ void find_pulp_contacts(const Model& model, const HandPose& pose, const ContactS
     take_nearest(model, pulp.X_OF.inverse(), search.small.contacts, frame);
     return;
   }
-  add_fine_contacts(model, pose, X_WO, finger, band_m, search, frame);
+  add_fine_contacts(model, pose, X_WO, finger, band_m, search.fine, frame);
 }
 
 // A hollow that is hardly wider than the ball: less is as narrow to it.
@@ -426,7 +409,7 @@ void find_point_contact(const Model& model, const HandPose& pose, const Isometry
 ContactSearch::ContactSearch(const Model& model)
     : memory(model.fingers()),
       known_deformed(model.fingers()),
-      feet(model.fingers()),
+      held(model.fingers()),
       known_before(model.fingers()),
       known_ball(model.fingers()),
       X_OF_then(model.fingers(), Isometry3d::Identity()) {
@@ -434,17 +417,18 @@ ContactSearch::ContactSearch(const Model& model)
   if (!model.deformable()) return;
   const Index controls = model.pulps.front().controls();
   candidates.reserve(controls);
-  left_out.reserve(controls);
+  near.reserve(controls);
   for (int k = 0; k < model.fingers(); ++k) {
     known_deformed[k].resize(controls);
-    if (model.exact) feet[k].resize(controls);
+    held[k].reserve(controls);
     known_before[k].resize(controls);
   }
   contacts.reserve(controls + model.scene.contact.max_per_finger);
   moved_m.resize(controls);
   small.cells.reserve(controls);
   small.contacts.reserve(controls);
-  deepest.reserve(controls);
+  fine.deepest.reserve(controls);
+  fine.contacts.reserve(controls + model.scene.contact.max_per_finger);
 }
 
 void find_frame_contacts(const Model& model, const HandPose& pose, const ContactSnapshot& snapshot,

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "collision/contact_finding.h"
-#include "collision/solids/surface_form.h"
 #include "engine/grasp/edge_contacts.h"
+#include "engine/grasp/fine_contacts.h"
 #include "engine/grasp/frame.h"
 #include "engine/grasp/model.h"
 #include "engine/grasp/small_contacts.h"
@@ -14,12 +14,32 @@
 
 namespace thenar {
 
-/// The foot that a control point had on an exact face when it was at x. It serves the frames that follow, until the
-/// point has gone so far along the surface that the form there may be another.
-struct HeldFoot {
-  Eigen::Vector3d x_O = Eigen::Vector3d::Constant(1e9);
-  int face = -1;  ///< -1: none; only the normal of `at` is valid, from the samples.
-  SurfaceForm at;
+/// The contact of a control point as it was found in an earlier frame. It serves the frames that follow, in the object,
+/// until the point has moved so far from where it was that the surface there, or the way to it, may be another.
+struct HeldContact {
+  FrameContact contact;
+  Eigen::Vector3d p_O;  ///< The control point then, at rest.
+  Eigen::Vector3d x_O;  ///< The same as it was deformed.
+  double gap_m;         ///< Gap at rest then.
+  double deformed_gap_m;
+  double free_m;        ///< It holds while neither is farther from there; 0: for one frame; < 0: no longer.
+  Eigen::Index sample;  ///< Sample of the object nearest to p then.
+  int face;             ///< Exact face of the object; -1: none.
+  bool is_smooth;       ///< See SurfaceDistance.
+  bool is_round;        ///< The surface there is narrower than the pulp, which touches what faces it alone.
+};
+
+/// A control point near the object in one frame.
+struct NearPoint {
+  double gap_m;    ///< At rest.
+  double least_m;  ///< The lesser of this and the gap as it is deformed.
+  bool is_beyond;  ///< See ContactCandidate.
+  const HeldContact* held;
+
+  [[nodiscard]] Eigen::Index control_point() const { return held->contact.control_point; }
+  bool operator<(const NearPoint& other) const {
+    return gap_m < other.gap_m || (gap_m == other.gap_m && held < other.held);
+  }
 };
 
 /// Workspace for finding contacts, with the memory from frame to frame.
@@ -28,17 +48,19 @@ struct ContactSearch {
 
   PerFinger<FindingMemory> memory;
   PerFinger<std::vector<KnownSample>> known_deformed;  ///< Samples near the deformed control points.
-  PerFinger<std::vector<HeldFoot>> feet;               ///< Their feet on exactly known faces.
+  PerFinger<std::vector<HeldContact>> held;            ///< Contacts in or near the band, by control point.
   PerFinger<std::vector<KnownSample>> known_before;    ///< Samples before them along the pulp's normals.
   PerFinger<KnownSample> known_ball;                   ///< Sample nearest to the pulp.
   PerFinger<Eigen::Isometry3d> X_OF_then;              ///< Poses of the fingers at the last frame.
   std::int64_t tick_then = -1;                         ///< Tick of the last frame; < 0: none.
   EdgeWork edges;
-  std::vector<ContactCandidate> candidates, left_out;
-  Eigen::VectorXd moved_m;             ///< |u| of one finger's control points.
-  std::vector<Eigen::Index> deepest;   ///< Fine sample of the object deepest in the pulp, by control point; -1: none.
-  std::vector<FrameContact> contacts;  ///< Contacts of one finger.
+  std::vector<ContactCandidate> candidates;  ///< Those of control points whose contact is not held.
+  std::vector<NearPoint> near;               ///< First those that there is room for, by control point.
+  std::size_t room = 0;                      ///< Number of these.
+  Eigen::VectorXd moved_m;                   ///< |u| of one finger's control points.
+  std::vector<FrameContact> contacts;        ///< Contacts of one finger.
   SmallContacts small;
+  FineContacts fine;
 };
 
 /// Finds the frame's contacts on the rest shapes of the fingertips: control points of the pulps that are, or while the

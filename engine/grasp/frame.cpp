@@ -12,13 +12,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// A unit vector t across the unit vector `from`, carried along the great circle from there to `to`. Of opposite ones
-/// along any.
-Vector3d carry(const Vector3d& t, const Vector3d& from, const Vector3d& to) {
-  const double share = 1.0 + from.dot(to);
-  return share > 1e-12 ? Vector3d(t - t.dot(to) / share * (from + to)) : t;
-}
-
 /// How a point stands to a circle of curvature k that goes through the origin, from which it is `over_m` above the
 /// tangent and off the normal by a length with this square: (R + gap)^2 = (R + over)^2 + off^2, solved for the gap
 /// without a difference of large numbers.
@@ -36,7 +29,15 @@ struct OverCircle {
 }  // namespace
 
 Matrix3d contact_frame(const Vector3d& pulp_normal, const Vector3d& n_F) {
-  return axes_of(n_F, carry(pulp_normal.unitOrthogonal(), pulp_normal, n_F));
+  const Vector3d t = pulp_normal.unitOrthogonal();
+  const double share = 1.0 + pulp_normal.dot(n_F);
+  // Of opposite normals along any great circle.
+  if (!(share > 1e-12)) return axes_of(n_F, t);
+  Matrix3d E;
+  E.col(0) = n_F;
+  E.col(1) = t - t.dot(n_F) / share * (pulp_normal + n_F);  // Of length one and across n, as t is across the other.
+  E.col(2) = n_F.cross(E.col(1));
+  return E;
 }
 
 Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {

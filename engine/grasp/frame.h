@@ -22,7 +22,7 @@ struct FrameContact {
   Eigen::Index control_point = 0;
   Eigen::Vector3d p_F;  ///< Finger point, distal frame; rest shape.
   Eigen::Vector3d
-      s_O;  ///< Foot of the deformed point on the object's surface, now or from a little before: see HeldFoot.
+      s_O;  ///< Foot of the deformed point on the object's surface, now or from a little before: see HeldContact.
   Eigen::Vector3d n_O;                            ///< Normal there, into the object; object frame.
   Eigen::Vector3d t_O = Eigen::Vector3d::Zero();  ///< A principal direction of the surface there, across n.
   double curvature_per_m = 0.0;                   ///< Curvature along t, of the torus's tube; > 0 convex.

@@ -207,6 +207,16 @@ void put_on_surface(const Vector3d& s_O, const Vector3d& n_O, const SurfaceBend&
   contact.t_O = contact.n_O.cross(contact.t_O);
 }
 
+FrameContact frame_contact(const Fingertip& tip, const Matrix3d& R_OF, int finger, Index control_point,
+                           const Vector3d& p_F, const Vector3d& s_O, const Vector3d& n_O, const SurfaceBend& bend) {
+  FrameContact contact;
+  contact.finger = finger;
+  contact.control_point = control_point;
+  contact.p_F = p_F;
+  put_on_surface(s_O, n_O, bend, tip, R_OF, contact);
+  return contact;
+}
+
 Vector2d relative_per_m(const SurfaceForm& object, double radius_m) {
   return Vector2d(object.k1_per_m, object.k2_per_m).array() + 1.0 / radius_m;
 }

@@ -61,4 +61,10 @@ SmallPatch add_small_contacts(const Model& model, const ContactSnapshot& snapsho
 void put_on_surface(const Eigen::Vector3d& s_O, const Eigen::Vector3d& n_O, const SurfaceBend& bend,
                     const Fingertip& tip, const Eigen::Matrix3d& R_OF, FrameContact& contact);
 
+/// Makes a contact of a control point at p in the distal frame with this place of the object, likewise.
+[[nodiscard]] FrameContact frame_contact(const Fingertip& tip, const Eigen::Matrix3d& R_OF, int finger,
+                                         Eigen::Index control_point, const Eigen::Vector3d& p_F,
+                                         const Eigen::Vector3d& s_O, const Eigen::Vector3d& n_O,
+                                         const SurfaceBend& bend);
+
 }  // namespace thenar

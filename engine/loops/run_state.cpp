@@ -10,7 +10,7 @@ namespace thenar {
 namespace {
 
 constexpr std::string_view kMagic = "thenar state";
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
 
 /// The hash FNV-1a, by words of eight bytes where possible.
 class Hash {

@@ -215,21 +215,15 @@ void members(Archive& a, FindingMemory& x) {
 }
 
 template <typename Archive>
-void members(Archive& a, SurfaceForm& x) {
-  auto& [distance_m, point_m, normal, t1, k1_per_m, k2_per_m] = x;
-  a(distance_m, point_m, normal, t1, k1_per_m, k2_per_m);
-}
-
-template <typename Archive>
-void members(Archive& a, HeldFoot& x) {
-  auto& [x_O, face, at] = x;
-  a(x_O, face, at);
+void members(Archive& a, HeldContact& x) {
+  auto& [contact, p_O, x_O, gap_m, deformed_gap_m, free_m, sample, face, is_smooth, is_round] = x;
+  a(contact, p_O, x_O, gap_m, deformed_gap_m, free_m, sample, face, is_smooth, is_round);
 }
 
 /// Visits the members that a search inherits from the one before.
 template <typename Archive>
 void members(Archive& a, ContactSearch& x) {
-  a(x.memory, x.known_deformed, x.feet, x.known_before, x.known_ball, x.X_OF_then, x.tick_then, x.small.known);
+  a(x.memory, x.known_deformed, x.held, x.known_before, x.known_ball, x.X_OF_then, x.tick_then, x.small.known);
 }
 
 /// Visits the members, without those that each period recomputes: bellies, moment arms, the hand's pose.
