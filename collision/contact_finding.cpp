@@ -29,6 +29,15 @@ bool less_control_point(const ContactCandidate& a, const ContactCandidate& b) {
   return a.control_point < b.control_point;
 }
 
+/// Keeps the `most` candidates of least gap, sorted by control point.
+void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates) {
+  if (std::ssize(candidates) <= most) return;
+  const auto end = candidates.begin() + most;
+  std::nth_element(candidates.begin(), end, candidates.end(), less_gap);
+  candidates.erase(end, candidates.end());
+  std::sort(candidates.begin(), candidates.end(), less_control_point);
+}
+
 void set_up(const Eigen::Matrix3Xd& control_points_m, FindingMemory& memory) {
   memory.known.assign(control_points_m.cols(), KnownSample{});
   memory.wakes_m.assign(control_points_m.cols(), 0.0);
@@ -90,25 +99,12 @@ void widen(std::span<const double> wider_m, FindingMemory& memory) {
   memory.widest_m = wider.maxCoeff();
 }
 
-void keep_least_gaps(Index most, std::vector<ContactCandidate>& candidates, std::vector<ContactCandidate>* left_out) {
-  if (std::ssize(candidates) <= most) return;
-  const auto end = candidates.begin() + most;
-  std::nth_element(candidates.begin(), end, candidates.end(), less_gap);
-  if (left_out != nullptr) left_out->assign(end, candidates.end());
-  candidates.erase(end, candidates.end());
-  std::sort(candidates.begin(), candidates.end(), less_control_point);
-}
-
 void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
                    const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
-                   std::vector<ContactCandidate>& found, std::vector<ContactCandidate>* left_out) {
+                   std::vector<ContactCandidate>& found) {
   assert(settings.band_m > 0.0 && settings.max_contacts >= 0);
   found.clear();
   found.reserve(control_points_m.cols());
-  if (left_out != nullptr) {
-    left_out->clear();
-    left_out->reserve(control_points_m.cols());
-  }
   if (static_cast<Index>(memory.known.size()) != control_points_m.cols()) set_up(control_points_m, memory);
   if (settings.max_contacts == 0) return;
 
@@ -145,7 +141,7 @@ void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isomet
     const ImplicitSurface::Estimate estimate = surface.estimate(p_S, start.sample);
     sleep(std::min({start.free_m, estimate.least_m - memory.band_m, estimate.firm_m}));
   }
-  keep_least_gaps(settings.max_contacts, found, left_out);
+  keep_least_gaps(settings.max_contacts, found);
 }
 
 }  // namespace thenar

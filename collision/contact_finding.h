@@ -27,7 +27,6 @@ struct ContactCandidate {
   bool is_smooth = true;        ///< See SurfaceDistance.
   double deformed_gap_m = 0.0;  ///< Gap of the deformed control point; set by the code that deforms it.
   SurfaceBend bend = {};        ///< Curvature of the surface there; set likewise.
-  bool is_beyond = false;       ///< True if it is nearest to a face that its body does not face; set likewise.
 };
 
 /// The sample of a surface nearest to a moving point, found at at_m; valid until the point has moved free_m from there.
@@ -65,11 +64,6 @@ struct FindingMemory {
   double widest_m = 0.0;        // largest of wider_m
 };
 
-/// Keeps the `most` candidates of least gap, ties by control point; the others go to `left_out`, if given, which is
-/// unchanged where there are none. Candidates are sorted by control point, before and after.
-void keep_least_gaps(Eigen::Index most, std::vector<ContactCandidate>& candidates,
-                     std::vector<ContactCandidate>* left_out);
-
 /// Widens the bands of control points from the next call on, each by its own length; empty: by nothing. For used
 /// memory.
 void widen(std::span<const double> wider_m, FindingMemory& memory);
@@ -87,11 +81,10 @@ inline void wake(Eigen::Index control_point, FindingMemory& memory) { memory.wak
 ///
 /// Requires  band > 0, max_contacts >= 0; reach finite and greater than the band and than the depth to be expected.
 ///           `memory` belongs to one pair of control points and surface.
-/// `left_out`, if given, gets the other candidates, unordered.
-/// `found`, `left_out` and `memory` keep their capacity: no allocation once they have grown to the number of control
+/// `found` and `memory` keep their capacity: no allocation once they have grown to the number of control
 /// points.
 void find_contacts(const Eigen::Matrix3Xd& control_points_m, const Eigen::Isometry3d& X_SB,
                    const ImplicitSurface& surface, const ContactFindingSettings& settings, FindingMemory& memory,
-                   std::vector<ContactCandidate>& found, std::vector<ContactCandidate>* left_out = nullptr);
+                   std::vector<ContactCandidate>& found);
 
 }  // namespace thenar

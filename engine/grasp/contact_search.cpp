@@ -57,9 +57,9 @@ struct PulpSearch {
   /// Out of the pulp at rest, and into what it presses.
   [[nodiscard]] Vector3d normal_O(Index c) const { return X_OF.linear() * pulp().control_normals.row(c).transpose(); }
 
-  [[nodiscard]] double cosine_at(Index c, const Vector3d& normal) const { return normal.dot(normal_O(c)); }
-  [[nodiscard]] bool faces_away(const ContactCandidate& c) const {
-    return cosine_at(c.control_point, c.normal) > kFarSide;
+  /// Whether a control point has a surface with this normal out of it before it, not one that is seen from behind.
+  [[nodiscard]] bool faces(Index c, const Vector3d& normal, double most) const {
+    return normal.dot(normal_O(c)) <= most;
   }
 
   /// A pulp reaches around what bends more than itself, and touches that from all sides that it faces.
@@ -98,7 +98,7 @@ struct PulpSearch {
     const double bent_m = 0.5 * (contact.curvature_per_m * along * along + contact.ring_curvature_per_m * across2);
     const double deformed_gap_m = held.deformed_gap_m - over + bent_m;
     const double gap_m = held.gap_m - contact.n_O.dot(p_O - held.p_O) + bent_m;
-    const bool is_beyond = !held.is_round && cosine_at(contact.control_point, -contact.n_O) > kFarSide;
+    const bool is_beyond = !held.is_round && !faces(contact.control_point, -contact.n_O, kFarSide);
     return {gap_m, std::min(gap_m, deformed_gap_m), is_beyond, &held};
   }
 
@@ -112,7 +112,7 @@ struct PulpSearch {
       const Vector3d p = p_O(c), u = u_O(c), x = p - u;
       search.near.push_back(near_point(held, p, x));
       const double free_m2 = held.free_m * held.free_m;
-      const bool is_seen = !held.is_round || cosine_at(c, -held.contact.n_O) <= 0.0;
+      const bool is_seen = !held.is_round || faces(c, -held.contact.n_O, 0.0);
       if ((p - held.p_O).squaredNorm() < free_m2 && (x - held.x_O).squaredNorm() < free_m2 && is_seen &&
           search.near.back().least_m < kHeldBands * (band_m + u.norm())) {
         continue;
@@ -206,26 +206,17 @@ struct PulpSearch {
   [[nodiscard]] bool place(ContactCandidate& c, const HeldContact* then, int& face) const {
     c.deformed_gap_m = c.gap_m;
     c.bend = model.object.bend(c.sample);
-    c.is_beyond = false;
-    if (!c.is_smooth && !is_round(c)) {
-      c.is_beyond = faces_away(c);
-      return true;
-    }
+    if (!c.is_smooth && !is_round(c)) return true;
     const Vector3d u = u_O(c.control_point);
     const double bend_per_m = std::max(std::abs(c.bend.k1_per_m), std::abs(c.bend.k2_per_m));
     if (bend_per_m < kFlat_per_m) {  // Its foot may be anywhere on the plane.
       c.deformed_gap_m -= u.dot(c.normal);
-      c.is_beyond = faces_away(c);
       return true;
     }
     const Vector3d x_O = p_O(c.control_point) - u;
     if (!move_on_face(x_O, u, then, c, face) && !move_on_samples(x_O, u, c)) c.deformed_gap_m -= u.dot(c.normal);
     c.gap_m = c.deformed_gap_m + u.dot(c.normal);
-    if (!is_round(c)) {
-      c.is_beyond = faces_away(c);
-      return true;
-    }
-    return c.normal.dot(normal_O(c.control_point)) <= 0.0;
+    return !is_round(c) || faces(c.control_point, c.normal, 0.0);
   }
 
   /// Of an object that has exact faces, and away from their edges.
@@ -296,14 +287,18 @@ struct PulpSearch {
   [[nodiscard]] std::optional<FrameContact> whole_cell(Index c, Index sample, const NearPoint* found) const {
     const Vector3d n = model.object.cloud().normals.col(sample);
     if (found && found->held->is_smooth && !found->is_beyond && found->held->contact.n_O.dot(n) < -kSameFace) {
-      return found->held->contact;
+      FrameContact contact = found->held->contact;
+      set_axes(contact);
+      return contact;
     }
     // The face that is before it, unless that is seen from behind.
     if (n.dot(normal_O(c)) > kFarSide + kTurned) return std::nullopt;
     ContactCandidate whole = on_face(c, sample);
     int face = -1;
-    if (!place(whole, nullptr, face) || whole.is_beyond || std::min(whole.gap_m, whole.deformed_gap_m) >= band_m)
+    if (!place(whole, nullptr, face) || (!is_round(whole) && !faces(c, whole.normal, kFarSide)) ||
+        std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) {
       return std::nullopt;
+    }
     // What is farther in is seen from the pulp's other side.
     if (whole.gap_m < -model.scene.hand.fingertips[finger].radius_m) return std::nullopt;
     return frame_contact(model.scene.hand.fingertips[finger], X_OF.linear(), finger, c, pulp().control_points_m.col(c),
@@ -348,7 +343,6 @@ struct PulpSearch {
         const std::optional<FrameContact> whole = whole_cell(c, cell.sample, is_found ? &*found : nullptr);
         if (!whole) continue;
         contact = *whole;
-        set_axes(contact);
       } else if (is == AtEdge::kFree) {
         continue;
       }

@@ -33,10 +33,13 @@ Matrix3d contact_frame(const Vector3d& pulp_normal, const Vector3d& n_F) {
   const double share = 1.0 + pulp_normal.dot(n_F);
   // Of opposite normals along any great circle.
   if (!(share > 1e-12)) return axes_of(n_F, t);
+  const Vector3d t1 = t - t.dot(n_F) / share * (pulp_normal + n_F);
+  if (share < 1e-3) return axes_of(n_F, t1);  // The share is rounding, to some part.
+  // Of length one and across n, as t is across the other.
   Matrix3d E;
   E.col(0) = n_F;
-  E.col(1) = t - t.dot(n_F) / share * (pulp_normal + n_F);  // Of length one and across n, as t is across the other.
-  E.col(2) = n_F.cross(E.col(1));
+  E.col(1) = t1;
+  E.col(2) = n_F.cross(t1);
   return E;
 }
 

@@ -283,31 +283,6 @@ TEST(ContactFinding, KeepsTheLeastGapsAndTiesByControlPoint) {
   }
 }
 
-// What there is no room for is not lost: together the two lists are those of a search with any room.
-TEST(ContactFinding, TellsWhatItHasNoRoomFor) {
-  Random random(4);
-  FindingMemory memory, other;
-  std::vector<ContactCandidate> all, kept, left_out;
-  Index total = 0;
-  for (int i = 0; i < 40; ++i) {
-    const Isometry3d X_SB = random.pose(scene().size_m);
-    find_contacts(scene().controls_m, X_SB, scene().box, {0.3e-3, 4e-3, 10'000}, memory, all, &left_out);
-    EXPECT_TRUE(left_out.empty());
-    find_contacts(scene().controls_m, X_SB, scene().box, {0.3e-3, 4e-3, 5}, other, kept, &left_out);
-    kept.insert(kept.end(), left_out.begin(), left_out.end());
-    std::sort(kept.begin(), kept.end(), [](const auto& a, const auto& b) { return a.control_point < b.control_point; });
-    ASSERT_EQ(kept.size(), all.size());
-    for (std::size_t c = 0; c < all.size(); ++c) {
-      EXPECT_EQ(kept[c].control_point, all[c].control_point);
-      EXPECT_EQ(kept[c].gap_m, all[c].gap_m);
-      const Vector3d p_m = X_SB * scene().controls_m.col(kept[c].control_point);
-      EXPECT_NEAR(kept[c].normal.dot(p_m - kept[c].point_m), kept[c].gap_m, 1e-12);
-    }
-    total += static_cast<Index>(left_out.size());
-  }
-  EXPECT_GE(total, 200);
-}
-
 TEST(ContactFinding, AFingerFarAwayHasNoContacts) {
   FindingMemory memory;
   std::vector<ContactCandidate> found(3, ContactCandidate{0, 0.0, Vector3d::Zero(), Vector3d::UnitX()});

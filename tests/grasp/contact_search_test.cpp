@@ -147,6 +147,107 @@ TEST(ContactSearch, FramesAreValidOnAnyCloudAtAnyPose) {
   EXPECT_GT(contacts, 2000u);
 }
 
+/// A frame's contact of a control point; null if there is none.
+const FrameContact* contact_of(const Frame& frame, const FrameContact& like) {
+  for (const FrameContact& contact : frame.contacts) {
+    if (contact.finger == like.finger && contact.control_point == like.control_point) return &contact;
+  }
+  return nullptr;
+}
+
+/// How contacts that are held from frame to frame differ from those that a search without a memory finds.
+struct HeldErrors {
+  Index compared = 0, other = 0;  ///< All, and those that are not the same to the last bit.
+  double gap_m = 0.0, turn_rad = 0.0, skew = 0.0;
+  double least_missed_m = 1.0;  ///< The least gap of a contact that was not held and not found.
+};
+
+ContactGap deformed(const Model& model, const State& state, const FrameContact& contact) {
+  return contact_gap(contact, X_OF(model, state, contact.finger).inverse(), displacement(state, contact));
+}
+
+void compare(const Model& model, const RandomFrame& on, HeldErrors& errors) {
+  Frame anew = on.frame;
+  ContactSearch search(model);
+  find_frame_contacts(model, on.pose, on.state, search, anew);
+  for (Index i = anew.begin[0]; i < anew.begin[1]; ++i) {
+    const FrameContact& found = anew.contacts[i];
+    const FrameContact* const known = contact_of(on.frame, found);
+    const ContactGap as_found = deformed(model, on.state, found);
+    if (known == nullptr) {
+      const double rest_m = contact_gap(found, X_OF(model, on.state, 0).inverse(), Vector3d::Zero()).gap_m;
+      errors.least_missed_m = std::min({errors.least_missed_m, as_found.gap_m, rest_m});
+      continue;
+    }
+    if (found.fades() || known->fades()) continue;
+    const ContactGap as_known = deformed(model, on.state, *known);
+    ++errors.compared;
+    errors.other += known->n_O != found.n_O ? 1 : 0;
+    errors.gap_m = std::max(errors.gap_m, std::abs(as_known.gap_m - as_found.gap_m));
+    errors.turn_rad = std::max(errors.turn_rad, (as_known.n_F - as_found.n_F).norm());
+    errors.skew = std::max(errors.skew, (known->E_F.transpose() * known->E_F - Eigen::Matrix3d::Identity()).norm());
+  }
+}
+
+/// Whether the thumb's pulp is pressed in by so much that it may change the side that it sees: as far as to the middle
+/// of the thinnest of these objects.
+bool is_deep(const Model& model, const RandomFrame& on) {
+  const auto is = [&](const FrameContact& contact) { return deformed(model, on.state, contact).gap_m < -2e-3; };
+  return std::any_of(on.frame.contacts.begin(), on.frame.contacts.begin() + on.frame.begin[1], is);
+}
+
+// At the deformed point their gap is within the allowed error of distances, and so is what is not held. Their normals
+// turn as the curvature says, so that where it changes they lag. The object creeps along, and turns on, the thumb's
+// pulp, which is sheared.
+TEST(ContactSearch, WhatIsHeldIsWhatWouldBeFound) {
+  struct Case {
+    const char* name;
+    Shape shape;
+    double turn_rad;
+  };
+  const Case cases[]{{"box", BoxShape{{40e-3, 30e-3, 40e-3}}, 1e-9},
+                     {"ball", SphereShape{25e-3}, 1e-4},
+                     {"small ball", SphereShape{7e-3}, 1e-4},
+                     {"cylinder", CylinderShape{12e-3, 60e-3}, 1e-4},
+                     {"ellipsoid", EllipsoidShape{{25e-3, 18e-3, 12e-3}}, 5e-4},
+                     {"mug", Mug{27.5e-3, 70e-3, 3e-3, MugHandle{14e-3, 7e-3}}, 1e-4}};
+  Index others = 0;
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.name);
+    Scene scene = scene_of("box_grasp", {"object.points=36000"});
+    scene.control.reset();
+    scene.task = {};
+    scene.torques = scene.hand.at_zero();
+    scene.gravity.setZero();
+    scene.object.shape = one.shape;
+    scene.contact.max_per_finger = 1000;
+    const Model model = build_model(scene);
+    HeldErrors errors;
+    for (std::uint64_t seed = 1; errors.compared < 500 && seed <= 400; ++seed) {
+      std::mt19937_64 random(seed);
+      RandomFrame on(model, random);
+      if (on.frame.begin[1] < 8 || is_deep(model, on)) continue;
+      const Vector3d way_m = 2e-6 * random_direction(random), axis = random_direction(random);
+      const Vector3d shear_m = 1e-6 * random_direction(random);
+      for (int step = 0; step < 24; ++step) {
+        on.state.X_WO.translation() += way_m;
+        on.state.X_WO.linear() = Eigen::AngleAxisd(5e-5, axis) * on.state.X_WO.linear();
+        on.state.u_m[0].rowwise() += shear_m.transpose();
+        on.frame.X_WO = on.state.X_WO;
+        on.find(model);
+        compare(model, on, errors);
+      }
+    }
+    EXPECT_LT(errors.gap_m, scene.contact.distance_error_m);
+    EXPECT_LT(errors.turn_rad, one.turn_rad);
+    EXPECT_LT(errors.skew, 1e-12);
+    EXPECT_GT(errors.least_missed_m, scene.contact.band_m - scene.contact.distance_error_m);
+    EXPECT_GE(errors.compared, 500);
+    others += errors.other;
+  }
+  EXPECT_GT(others, 1000) << "hardly any was held on a curved face";
+}
+
 // A wall is as curved for a pulp pressed in beyond its middle as for one that is not. The gaps of the contacts are
 // those from the cylinder, but for the sag of the samples' planes (h^2 / 12 R, 9 um here), the surface points lie under
 // the control points, and no control point in the wall is missed.
