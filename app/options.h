@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "app/hand.h"
+#include "app/hand_flags.h"
 #include "app/record_flags.h"
 #include "app/scene_flags.h"
-#include "app/stiffness.h"
+#include "app/stiffness_flags.h"
 #include "engine/scenes/scene_file.h"
 
 namespace thenar::app {

@@ -31,7 +31,7 @@ install(FILES ${PROJECT_BINARY_DIR}/thenar-config.cmake ${PROJECT_BINARY_DIR}/th
         DESTINATION ${package_folder} COMPONENT dev)
 install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT dev)
 
-install(TARGETS thenar RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+install(TARGETS thenar thenar-studies RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 if(TARGET thenar-window)
   install(TARGETS thenar-window RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
   install(FILES ${PROJECT_BINARY_DIR}/share/thenar/page.html DESTINATION ${CMAKE_INSTALL_DATADIR}/thenar COMPONENT program)

@@ -23,8 +23,8 @@ PAGE = ROOT / "docs" / "MODULES.md"
 LONGEST = 200  # A longer sentence ends at its colon or semicolon, where it has one.
 HELPER = r"^(?:most_|check_)|(?:Options|Flags|Settings|Error|Report|Request|Target|Noise|Place|Limits|Message|Channel)$"
 MAIN = {
-    "app/hand.h": "run_hand",
-    "app/hand_capacity.h": "run_hand_capacity",
+    "app/studies/hand.h": "run_hand",
+    "app/studies/hand_capacity.h": "run_hand_capacity",
     "collision/solids/exact_shape.h": "nearest_place",
     "collision/solids/solid.h": "features",
     "engine/control/control.h": "desired_torques",

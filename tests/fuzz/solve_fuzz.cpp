@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "app/exit_code.h"
-#include "app/solve.h"
+#include "app/studies/solve.h"
 #include "engine/formats/files.h"
 #include "tests/fuzz/memory_file.h"
 

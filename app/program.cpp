@@ -1,0 +1,91 @@
+#include "app/program.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <new>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "app/exit_code.h"
+#include "app/host.h"
+#include "engine/formats/files.h"
+#include "engine/loops/realtime.h"
+#include "engine/scenes/config.h"
+
+namespace thenar::app {
+
+namespace {
+
+/// Becomes another program of this one's folder, with the same arguments. Returns only if that cannot be run: the exit
+/// code.
+int become(const std::string& name, char** argv) {
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+  const std::string program = (folder / name).string();
+  execv(program.c_str(), argv);
+  if (errno != ENOENT) {
+    std::cerr << fmt::format("{}: cannot be run: {}\n", program, std::generic_category().message(errno));
+    return kBadFile;
+  }
+  std::cerr << fmt::format("{}: it is not built. `./dev {}` builds it, or `cmake --build {} --target {}`{}\n", program,
+                           argv[1], folder.parent_path().string(), name,
+                           name == "thenar-window" ? " where npm was found" : "");
+  return kBadFile;
+}
+
+}  // namespace
+
+int print(const std::string& text) {
+  std::cout << text;
+  return kDone;
+}
+
+int run_program(int argc, char** argv, const Commands& commands, const std::string& other) try {
+  if (!host_can_run()) {
+    std::cerr << kHostCannotRun;
+    return kInternal;
+  }
+  if (!has_stack()) {
+    std::cerr << kNoStack;
+    return kBadUsage;
+  }
+  widen_thread_stacks();
+  std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
+  // It has flags of its own.
+  if (argc > 1 && std::string_view(argv[1]) == "demo") return become("thenar-window", argv);
+  int exit_code = kDone;
+  const std::optional<Options> options = parse_options(argc, argv, exit_code);
+  if (options) {
+    const auto command = commands.find(options->command);
+    if (command == commands.end()) return become(other, argv);
+    exit_code = command->second(*options);
+  }
+  std::cout.flush();
+  if (!std::cout) throw FileError("standard output", "could not be written in full");
+  return exit_code;
+} catch (const ConfigError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadUsage;
+} catch (const FileError& error) {
+  std::cerr << error.what() << '\n';
+  return kBadFile;
+} catch (const std::bad_alloc&) {
+  std::cerr << "not enough memory\n";
+  return kInternal;
+} catch (const std::system_error& error) {
+  // So the system calls it when there is no memory for a thread.
+  const bool no_thread = error.code() == std::errc::resource_unavailable_try_again;
+  std::cerr << (no_thread ? "not enough memory" : std::string("internal error: ") + error.what()) << '\n';
+  return kInternal;
+} catch (const std::exception& error) {
+  std::cerr << "internal error: " << error.what() << '\n';
+  return kInternal;
+}
+
+}  // namespace thenar::app

@@ -1,0 +1,52 @@
+// The program `thenar`: it runs scenes and says what they may name. What takes longer to be built than that is another
+// program, which this one becomes when it is asked for: the first run of a scene does without.
+
+#include <iostream>
+
+#include "app/exit_code.h"
+#include "app/host.h"
+#include "app/program.h"
+#include "app/run/doctor.h"
+#include "app/run/export.h"
+#include "app/run/fields.h"
+#include "app/run/keys.h"
+#include "app/run/run.h"
+#include "engine/scenes/shared_data.h"
+
+namespace thenar::app {
+
+namespace {
+
+int tell_keys(const Options& options) {
+  return print(options.markdown ? keys_as_markdown() : keys_as_text(options.prefix));
+}
+
+int tell_fields(const Options& options) {
+  if (options.stub) return print(fields_as_stub());
+  return print(options.measures ? measures_as_markdown() : fields_as_markdown());
+}
+
+int tell_machine(const Options& options) {
+  doctor(std::cout, options.core);
+  return kDone;
+}
+
+int run_command(int argc, char** argv) {
+  const Commands commands{{"run", run},
+                          {"export", export_recording},
+                          {"keys", tell_keys},
+                          {"fields", tell_fields},
+                          {"schema", [](const Options&) { return print(keys_as_schema()); }},
+                          {"doctor", tell_machine},
+                          {"scenes", [](const Options&) { return print(list_of_scenes()); }}};
+  return run_program(argc, argv, commands, "thenar-studies");
+}
+
+}  // namespace
+
+}  // namespace thenar::app
+
+int main(int argc, char** argv) {
+  thenar::app::hold_standard_streams();
+  return thenar::app::run_command(argc, argv);
+}

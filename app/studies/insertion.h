@@ -1,0 +1,10 @@
+#pragma once
+
+#include "app/options.h"
+
+namespace thenar::app {
+
+/// Tells how the scene's peg goes into its hole. Returns the exit code.
+[[nodiscard]] int insertion(const Options& options);
+
+}  // namespace thenar::app
