@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kSurePush = 1.4;  // Factor on push and drag, which forces must balance all along the path.
-constexpr double kStep_m = 2.5e-3, kCheck_m = 5e-3, kMost_m = 25e-3, kCarry_m = 20e-3;
+constexpr double kWayStep_m = 2.5e-3, kCheck_m = 5e-3, kMostWay_m = 25e-3;
 constexpr double kSpeed_m_per_s = 47e-3;  // Largest speed on 20 mm in 0.8 s.
 
 /// Returns the least distance of a joint from its limits, relative to its range; negative beyond them.
@@ -145,7 +145,7 @@ Travel travel_along(const Vector3d& e, const FinderProblem& problem, const Hand&
   const Vector3d drag_N = -kSurePush * problem.translation_damping * kSpeed_m_per_s * e;
   Travel travel;
   Carry carry(problem, hand, grasp);
-  for (double way_m = kStep_m; way_m < kMost_m + 1e-9 && carry.go(kStep_m * e); way_m += kStep_m) {
+  for (double way_m = kWayStep_m; way_m < kMostWay_m + 1e-9 && carry.go(kWayStep_m * e); way_m += kWayStep_m) {
     if (way_m < kCarry_m + 1e-9) {
       travel.spare = std::min(travel.spare, spare_share(hand, carry.q()));
       travel.dexterity = std::min(travel.dexterity, carry.least_dexterity());
@@ -182,7 +182,7 @@ void add_travel(const FinderProblem& problem, const Hand& hand, const PatchMeter
   double best = -std::numeric_limits<double>::infinity();
   for (const Vector3d& e : directions()) {
     const Travel travel = travel_along(e, problem, hand, patches, grasp);
-    const double value = 2.0 * travel.way_m / kMost_m + travel.spare +
+    const double value = 2.0 * travel.way_m / kMostWay_m + travel.spare +
                          std::min(1.0, travel.dexterity / kGoodDexterity) - 0.5 * travel.needed_friction -
                          std::max(0.0, travel.muscle_share - kEasy);
     if (value <= best) continue;

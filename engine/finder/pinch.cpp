@@ -14,9 +14,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kGap_m = 0.3e-3, kSide_m = 4e-3, kNormal = 0.5, kLimit_rad = 0.035, kApart_m = 0.5e-3;
-constexpr double kStep_m = 7e-3;    // Step of widths.
-constexpr double kLeast_m = -3e-3;  // Thin objects lie deep in pressed pulps.
+constexpr double kPinchGap_m = 0.3e-3, kSide_m = 4e-3, kNormal = 0.5, kPinchLimit_rad = 0.035, kPinchApart_m = 0.5e-3;
+constexpr double kWidthStep_m = 7e-3;  // Step of widths.
+constexpr double kLeast_m = -3e-3;     // Thin objects lie deep in pressed pulps.
 
 /// The geometry of a pinch's residuals at some q.
 struct Facing {
@@ -59,7 +59,7 @@ class PinchFit {
       const double share = k == opposer_ ? -1.0 : 1.0 / others;
       add(k, share * d.transpose() * pulps_[k].J_centre, row);
     }
-    sum.add((distance_m - width_m_ - radii_m()) / kGap_m, row / kGap_m);
+    sum.add((distance_m - width_m_ - radii_m()) / kPinchGap_m, row / kPinchGap_m);
     keep_limits(q, sum);
     return sum;
   }
@@ -135,17 +135,17 @@ class PinchFit {
     Unknowns row = Unknowns::Zero(sum.Jr.size());
     add(k, -d.transpose() * pulps_[k].J_centre, row);
     add(other, d.transpose() * pulps_[other].J_centre, row);
-    sum.add_hinge(touching_m(hand_, pose_, k, other, d) - v.norm(), kApart_m, row);
+    sum.add_hinge(touching_m(hand_, pose_, k, other, d) - v.norm(), kPinchApart_m, row);
   }
 
   void keep_limits(const JointVector& q, NormalEquations& sum) const {
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       const Joint& joint = hand_.joints[i];
-      const double inner_rad = std::min(2.0 * kLimit_rad, 0.2 * (joint.upper_rad - joint.lower_rad));
+      const double inner_rad = std::min(2.0 * kPinchLimit_rad, 0.2 * (joint.upper_rad - joint.lower_rad));
       Unknowns row = Unknowns::Zero(q.size());
       row[i] = 1.0;
-      sum.add_hinge(q[i] - joint.upper_rad + inner_rad, 2.0 * kLimit_rad, row);
-      sum.add_hinge(joint.lower_rad + inner_rad - q[i], 2.0 * kLimit_rad, -row);
+      sum.add_hinge(q[i] - joint.upper_rad + inner_rad, 2.0 * kPinchLimit_rad, row);
+      sum.add_hinge(joint.lower_rad + inner_rad - q[i], 2.0 * kPinchLimit_rad, -row);
       const double half_rad = std::max(1e-3, 0.5 * (joint.upper_rad - joint.lower_rad));
       sum.add(0.1 * (q[i] - 0.5 * (joint.lower_rad + joint.upper_rad)) / half_rad, 0.1 * row / half_rad);
     }
@@ -207,7 +207,7 @@ PinchRange range_of(const Hand& hand, int opposer, std::uint32_t seed, int start
   PinchRange range{.opposer = opposer};
   double best_cosine = -1.0;
   int misses = 0;
-  for (double width_m = kLeast_m; width_m < kWidest_m && misses < 2; width_m += kStep_m) {
+  for (double width_m = kLeast_m; width_m < kWidest_m && misses < 2; width_m += kWidthStep_m) {
     const std::vector<Pinch> pinches = pinches_of(hand, opposer, width_m, starts, uniform, best_cosine);
     misses = pinches.empty() && !range.postures.empty() ? misses + 1 : 0;
     if (pinches.empty() && range.postures.empty() && width_m > 0.1) break;
@@ -235,7 +235,7 @@ PinchRange find_pinches(const Hand& hand, std::uint32_t seed, int effort) {
     PinchRange range = range_of(hand, k, seed, 4);
     double cost = 0.0;
     for (const Pinch& pinch : range.postures) cost += pinch.cost / static_cast<double>(range.postures.size());
-    const double value = range.opposer < 0 ? 0.0 : (range.most_m - range.least_m + kStep_m) / (1.0 + cost);
+    const double value = range.opposer < 0 ? 0.0 : (range.most_m - range.least_m + kWidthStep_m) / (1.0 + cost);
     if (range.opposer < 0 && best.opposer < 0)
       best.best_facing_rad = std::min(best.best_facing_rad, range.best_facing_rad);
     if (value <= best_value) continue;

@@ -90,7 +90,7 @@ void add_limits(const Hand& hand, FoundGrasp& grasp) {
 }  // namespace
 
 double cost_of(const FoundGrasp& grasp) {
-  constexpr double kEnough = 0.6, kEase_rad = 0.15, kHard = 0.5, kCarry_m = 20e-3, kDexterous = 0.15;
+  constexpr double kEnough = 0.6, kEase_rad = 0.15, kHard = 0.5, kDexterous = 0.15;
   double cost = 1.0 - std::min(grasp.margin, kEnough) / kEnough + 0.5 * grasp.needed_friction;
   cost += 0.5 * std::max(0.0, 1.0 - grasp.limit_rad / kEase_rad);
   cost += 2.0 * std::max(0.0, std::max(grasp.muscle_share, grasp.travel_share) - kHard) / kHard;

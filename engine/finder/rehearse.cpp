@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/control/control_tick.h"
+#include "engine/finder/carry.h"
 #include "engine/finder/effort.h"
 #include "engine/grasp/contact_tick.h"
 
@@ -20,7 +21,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kStep_s = 2e-3, kFineStep_s = 4e-3;  // Contacts of fine parts take several times as long to find.
-constexpr double kRest_s = 0.06, kCarry_m = 20e-3, kCarry_s = 0.8, kOnePush_s = 0.06;
+constexpr double kRest_s = 0.06, kCarry_s = 0.8, kOnePush_s = 0.06;
 constexpr double kMostTask_s = 4.0;
 constexpr int kPushes = 6;
 constexpr double kTolerance = 1e-5;

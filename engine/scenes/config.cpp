@@ -212,15 +212,15 @@ Eigen::VectorXd ConfigMap::quantities(std::string_view key, std::size_t joints) 
 
 Index ConfigMap::count(std::string_view key) const {
   const Key& wanted = known(key, KeyKind::kCount);
-  const auto least = static_cast<Index>(range_of(wanted).least);
+  const auto instead = static_cast<Index>(harmless(wanted));
   const YamlNode* const node = require(key);
-  if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a whole number")) return least;
+  if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a whole number")) return instead;
   Index value = 0;
   const char* const last = node->text.data() + node->text.size();
   const auto [end, error] = std::from_chars(node->text.data(), last, value);
   if (error == std::errc::invalid_argument || end != last) {
     state_->report(node->place, path_of(key), "'" + node->text + "' is not a whole number" + digits_hint(node->text));
-    return least;
+    return instead;
   }
   if (error == std::errc::result_out_of_range) {
     value = node->text.starts_with('-') ? std::numeric_limits<Index>::min() : std::numeric_limits<Index>::max();
@@ -228,7 +228,7 @@ Index ConfigMap::count(std::string_view key) const {
   std::string fault = range_fault(wanted, static_cast<double>(value), node->text);
   if (fault.empty()) return value;
   state_->report(node->place, path_of(key), std::move(fault));
-  return least;
+  return instead;
 }
 
 Eigen::Matrix3d ConfigMap::rotation(std::string_view key) const {
