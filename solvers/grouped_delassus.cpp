@@ -153,6 +153,7 @@ Index rows_of_groups(const GroupedDelassus& W, const GroupedWorkspace& grouped) 
 bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
   const Index rows = rows_of_groups(W, grouped);
+  if (rows == 0) return true;
   const auto change = (grouped.sweeps.J.topRows(rows) - grouped.J_then.topRows(rows)).cwiseAbs();
   return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * grouped.J_then_most;
 }
@@ -206,7 +207,8 @@ void fill(const GroupedContactProblem& problem, GroupedWorkspace& grouped) {
   grouped.edition = W.edition;
   grouped.compliance_scale = W.compliance_scale;
   grouped.J_then = work.J;
-  grouped.J_then_most = work.J.topRows(rows_of_groups(W, grouped)).cwiseAbs().maxCoeff();
+  const Index rows = rows_of_groups(W, grouped);
+  grouped.J_then_most = rows == 0 ? 0.0F : work.J.topRows(rows).cwiseAbs().maxCoeff();
   for (const SweepWorkspace::Group& group : work.groups) {
     if (!shared) break;
     const Index columns = 3 * (group.end - group.begin);
