@@ -30,6 +30,7 @@ MAIN = {
     "engine/control/control.h": "desired_torques",
     "engine/control/stiff_control.h": "StiffnessControl",
     "engine/environment/room_for.h": "find_overlap",
+    "engine/finder/carry.h": "add_travel",
     "engine/finder/fit.h": "StanceFit",
     "engine/finder/oppositions.h": "Opposition",
     "engine/formats/mcap_reader.h": "read_mcap",
