@@ -361,7 +361,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   SceneFlags flags;
   // In the order of the help.
   add_run(app, flags, options);
-  // For the help alone: main() hands it to another program.
+  // For the help alone: run_program() hands it to another program.
   app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
   add_solve(app, flags, options);
   add_check(app, options);

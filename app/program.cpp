@@ -25,17 +25,21 @@ namespace {
 /// Becomes another program of this one's folder, with the same arguments. Returns only if that cannot be run: the exit
 /// code.
 int become(const std::string& name, char** argv) {
-  std::error_code none;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+  std::error_code unreadable;
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", unreadable).parent_path();
+  if (unreadable) {
+    std::cerr << fmt::format("{}: cannot be found: /proc/self/exe: {}\n", name, unreadable.message());
+    return kBadFile;
+  }
   const std::string program = (folder / name).string();
   execv(program.c_str(), argv);
   if (errno != ENOENT) {
     std::cerr << fmt::format("{}: cannot be run: {}\n", program, std::generic_category().message(errno));
     return kBadFile;
   }
-  std::cerr << fmt::format("{}: it is not built. `./dev {}` builds it, or `cmake --build {} --target {}`{}\n", program,
-                           argv[1], folder.parent_path().string(), name,
-                           name == "thenar-window" ? " where npm was found" : "");
+  std::cerr << fmt::format(
+      "{}: is missing: it belongs beside this program. `cmake --build {} --target {}` builds it{}\n", program,
+      folder.parent_path().string(), name, name == "thenar-window" ? " where npm was found" : "");
   return kBadFile;
 }
 
@@ -57,13 +61,14 @@ int run_program(int argc, char** argv, const Commands& commands, const std::stri
   }
   widen_thread_stacks();
   std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
-  // It has flags of its own.
+  // The window parses its own flags.
   if (argc > 1 && std::string_view(argv[1]) == "demo") return become("thenar-window", argv);
   int exit_code = kDone;
   const std::optional<Options> options = parse_options(argc, argv, exit_code);
   if (options) {
     const auto command = commands.find(options->command);
-    if (command == commands.end()) return become(other, argv);
+    // A flag may stand before `demo`.
+    if (command == commands.end()) return become(options->command == "demo" ? "thenar-window" : other, argv);
     exit_code = command->second(*options);
   }
   std::cout.flush();

@@ -20,7 +20,7 @@ install(TARGETS ${other_targets} thenar_engine EXPORT engine ARCHIVE DESTINATION
 foreach(export grasp engine)
   install(EXPORT ${export} FILE thenar-${export}.cmake NAMESPACE thenar:: DESTINATION ${package_folder} COMPONENT dev)
 endforeach()
-# Without the room that only the program uses.
+# Without the room that only a program uses.
 install(DIRECTORY solvers collision engine DESTINATION ${header_folder} COMPONENT dev FILES_MATCHING PATTERN "*.h"
         PATTERN imports EXCLUDE)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/generated/ DESTINATION ${header_folder} COMPONENT dev FILES_MATCHING PATTERN "*.h")

@@ -153,7 +153,7 @@ Index rows_of_groups(const GroupedDelassus& W, const GroupedWorkspace& grouped) 
 bool blocks_hold(const GroupedDelassus& W, const GroupedWorkspace& grouped) {
   if (W.edition < 0 || W.edition != grouped.edition || W.compliance_scale != grouped.compliance_scale) return false;
   const Index rows = rows_of_groups(W, grouped);
-  if (rows == 0) return true;
+  if (rows == 0) return true;  // Without contacts there is no largest change.
   const auto change = (grouped.sweeps.J.topRows(rows) - grouped.J_then.topRows(rows)).cwiseAbs();
   return change.maxCoeff<Eigen::PropagateNaN>() <= kHardly * grouped.J_then_most;
 }

@@ -7,7 +7,7 @@ namespace thenar {
 
 /// A finger of less dexterity counts as stretched: see dexterity().
 inline constexpr double kLeastDexterity = 0.06;
-/// A grasp is to carry its object so far.
+/// Distance that a grasp should carry its object.
 inline constexpr double kCarry_m = 20e-3;
 
 /// Finds the direction in which the fingers carry the object farthest, with the effort there: sets the grasp's `travel`

@@ -57,9 +57,13 @@ struct PulpSearch {
   /// Out of the pulp at rest, and into what it presses.
   [[nodiscard]] Vector3d normal_O(Index c) const { return X_OF.linear() * pulp().control_normals.row(c).transpose(); }
 
-  /// Whether a control point has a surface with this normal out of it before it, not one that is seen from behind.
-  [[nodiscard]] bool faces(Index c, const Vector3d& normal, double most) const {
-    return normal.dot(normal_O(c)) <= most;
+  /// True if the pulp's normal there and the surface's outward normal have at most this cosine.
+  [[nodiscard]] bool faces(Index c, const Vector3d& normal, double largest_cosine) const {
+    return normal.dot(normal_O(c)) <= largest_cosine;
+  }
+  /// See NearPoint.
+  [[nodiscard]] bool is_beyond(Index c, const Vector3d& normal, bool is_round) const {
+    return !is_round && !faces(c, normal, kFarSide);
   }
 
   /// A pulp reaches around what bends more than itself, and touches that from all sides that it faces.
@@ -98,8 +102,8 @@ struct PulpSearch {
     const double bent_m = 0.5 * (contact.curvature_per_m * along * along + contact.ring_curvature_per_m * across2);
     const double deformed_gap_m = held.deformed_gap_m - over + bent_m;
     const double gap_m = held.gap_m - contact.n_O.dot(p_O - held.p_O) + bent_m;
-    const bool is_beyond = !held.is_round && !faces(contact.control_point, -contact.n_O, kFarSide);
-    return {gap_m, std::min(gap_m, deformed_gap_m), is_beyond, &held};
+    const bool is_hidden = is_beyond(contact.control_point, -contact.n_O, held.is_round);
+    return {gap_m, std::min(gap_m, deformed_gap_m), is_hidden, &held};
   }
 
   /// Finds where the held contacts are near. Marks those that hold no longer, and wakes their control points: false if
@@ -295,7 +299,7 @@ struct PulpSearch {
     if (n.dot(normal_O(c)) > kFarSide + kTurned) return std::nullopt;
     ContactCandidate whole = on_face(c, sample);
     int face = -1;
-    if (!place(whole, nullptr, face) || (!is_round(whole) && !faces(c, whole.normal, kFarSide)) ||
+    if (!place(whole, nullptr, face) || is_beyond(c, whole.normal, is_round(whole)) ||
         std::min(whole.gap_m, whole.deformed_gap_m) >= band_m) {
       return std::nullopt;
     }

@@ -33,9 +33,10 @@ Matrix3d contact_frame(const Vector3d& pulp_normal, const Vector3d& n_F) {
   const double share = 1.0 + pulp_normal.dot(n_F);
   // Of opposite normals along any great circle.
   if (!(share > 1e-12)) return axes_of(n_F, t);
-  const Vector3d t1 = t - t.dot(n_F) / share * (pulp_normal + n_F);
-  if (share < 1e-3) return axes_of(n_F, t1);  // The share is rounding, to some part.
   // Of length one and across n, as t is across the other.
+  const Vector3d t1 = t - t.dot(n_F) / share * (pulp_normal + n_F);
+  // Of nearly opposite normals the share has few digits, so that the axes are made orthonormal again.
+  if (share < 1e-3) return axes_of(n_F, t1);
   Matrix3d E;
   E.col(0) = n_F;
   E.col(1) = t1;

@@ -212,7 +212,7 @@ Eigen::VectorXd ConfigMap::quantities(std::string_view key, std::size_t joints) 
 
 Index ConfigMap::count(std::string_view key) const {
   const Key& wanted = known(key, KeyKind::kCount);
-  const auto instead = static_cast<Index>(harmless(wanted));
+  const auto instead = static_cast<Index>(harmless(wanted));  // A range without a least has -inf, which is no Index.
   const YamlNode* const node = require(key);
   if (node == nullptr || !expect_kind(*state_, *node, path_of(key), Kind::kScalar, "a whole number")) return instead;
   Index value = 0;

@@ -3,7 +3,7 @@
 // From the AT-th CALL on (counted from 1; with `once`, at that one alone) it fails with this errno. Files alone are
 // looked at, no terminals, pipes or sockets; allocations fail from 4 KiB up, so that a program can still say so.
 //     CALL   open, read, write, sync, rename, malloc
-// FAULT_IN=NAME: in the program of that name alone, and in none that it starts.
+// FAULT_IN=NAME: in the programs whose names begin so alone, and in none that they start.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -55,7 +55,7 @@ Fault asked() {
     char path[4096] = "";
     const ssize_t size = readlink("/proc/self/exe", path, sizeof path - 1);
     const char* name = size > 0 ? std::strrchr(path, '/') : nullptr;
-    if (name == nullptr || std::strcmp(name + 1, in) != 0) return fault;
+    if (name == nullptr || std::strncmp(name + 1, in, std::strlen(in)) != 0) return fault;
   }
   char error[16] = "", how[16] = "";
   if (std::sscanf(text, "%15[^:]:%15[^:]:%ld:%15s", fault.call, error, &fault.at, how) < 3) return {};

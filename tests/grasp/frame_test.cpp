@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <numbers>
 #include <random>
 
 #include "tests/grasp/grasp_frame.h"
@@ -87,6 +88,22 @@ TEST(ContactFrame, FollowsTheNormalWithoutATwist) {
     EXPECT_LE((at_rest.col(0) - mean_F).norm(), 1e-15);
     const Matrix3d turned = contact_frame(mean_F, turn_F * mean_F);
     EXPECT_LE((turned - turn_F.toRotationMatrix() * at_rest).norm(), 1e-13);
+  }
+}
+
+// There the turn is less and less defined, and axes stay axes.
+TEST(ContactFrame, IsOrthonormalUpToOppositeNormals) {
+  std::mt19937_64 random(4);
+  for (const double short_rad : {0.1, 3e-2, 1e-3, 1e-5, 1e-7, 0.0}) {
+    SCOPED_TRACE(short_rad);
+    for (int trial = 0; trial < 50; ++trial) {
+      const Vector3d mean_F = random_direction(random);
+      const Vector3d axis_F = mean_F.cross(random_direction(random)).normalized();
+      const Vector3d n_F = Eigen::AngleAxisd(std::numbers::pi - short_rad, axis_F) * mean_F;
+      const Matrix3d E = contact_frame(mean_F, n_F);
+      EXPECT_EQ(E.col(0), n_F);
+      EXPECT_LE((E.transpose() * E - Matrix3d::Identity()).norm(), 1e-12);
+    }
   }
 }
 
