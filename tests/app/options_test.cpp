@@ -17,6 +17,14 @@ TEST(Program, PrintsItsVersionAndHelp) {
   EXPECT_EQ(thenar_program("run --help").text.find(THENAR_PROGRAM), std::string::npos) << "usage without a path";
 }
 
+// Each of the programs becomes another one for what that does, once.
+TEST(Program, IsOneOfSeveral) {
+  const std::string studies = "sh -c '\"$0\"-studies \"$@\"' ";
+  EXPECT_EQ(thenar_program("scenes", studies).text, thenar_program("scenes").text);
+  EXPECT_EQ(thenar_program("hand hand", studies).text, thenar_program("hand hand").text);
+  EXPECT_NE(thenar_program("--version=false demo", "timeout 20 ").code, 124);
+}
+
 TEST(Program, NamesTheSceneThatIsNearest) {
   const Outcome slip = thenar_program("run box_graps");
   EXPECT_EQ(slip.code, 3);
