@@ -287,7 +287,7 @@ double muscle_infeasibility_gap(const MuscleProblem& problem, const VectorRef& l
   const double wanted = tau.dot(l);
   if (!(wanted > 0.0)) return kInfinity;
   if (H.cols() == 0) return 0.0;  // H has no data to take rows of.
-  double least_N = 0.0;  // Least force that some joint needs.
+  double least_N = 0.0;           // Least force that some joint needs.
   for (Index i = 0; i < H.rows(); ++i) {
     const double arm = H.row(i).lpNorm<Eigen::Infinity>();
     if (arm > 0.0) least_N = std::max(least_N, std::abs(tau[i]) / arm);
