@@ -5,7 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <exception>
 #include <initializer_list>
+#include <new>
+#include <string_view>
 
 namespace thenar::app {
 
@@ -37,6 +40,23 @@ inline void hold_standard_streams() {
     // The lowest free number is the stream's.
     (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
+}
+
+/// Has the program end with words and exit code 1 where memory does not suffice to unwind: destructors of JSON allocate,
+/// and may not throw.
+inline void tell_of_memory_at_the_end() {
+  static const std::terminate_handler otherwise = std::get_terminate();
+  std::set_terminate([] {
+    try {
+      if (const std::exception_ptr cause = std::current_exception()) std::rethrow_exception(cause);
+    } catch (const std::bad_alloc&) {
+      constexpr std::string_view kWords = "not enough memory\n";
+      (void)!write(STDERR_FILENO, kWords.data(), kWords.size());
+      _exit(1);
+    } catch (...) {  // It is told by the handler that was there.
+    }
+    otherwise();
+  });
 }
 
 inline constexpr const char* kHostCannotRun =

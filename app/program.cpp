@@ -59,6 +59,7 @@ int run_program(int argc, char** argv, const Commands& commands, const std::stri
     std::cerr << kNoStack;
     return kBadUsage;
   }
+  tell_of_memory_at_the_end();
   widen_thread_stacks();
   std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
   // The window parses its own flags.

@@ -111,7 +111,7 @@ struct Ours {
 std::vector<Ours> our_solvers(Index joints, Index muscles) {
   return {{"active set", true, [](const MuscleProblem& p, VectorXd& f) { return solve_muscle_forces(p, f); }},
           {"Lemke", false,
-           [work = std::make_shared<MuscleWorkspace>(joints, muscles)](const MuscleProblem& p, VectorXd& f) {
+           [work = std::make_shared<MuscleWorkspace>(joints, muscles, muscles)](const MuscleProblem& p, VectorXd& f) {
              return solve_muscle_forces_by_lemke(p, *work, f);
            }}};
 }
@@ -270,7 +270,7 @@ void add_growth(ordered_json& part, bool quick) {
       c.add(repeated_hand(fingers, random));
     }
     const double before = heap_bytes();
-    const MuscleWorkspace work(4 * fingers, c.problems.front().problem.H.cols());
+    const MuscleWorkspace work(4 * fingers, c.problems.front().problem.H.cols(), c.problems.front().problem.H.cols());
     bytes.push_back(heap_bytes() - before + sizeof work);
     const std::vector<WorkPoint> points = measure(c, turns);
     if (curves.empty()) {

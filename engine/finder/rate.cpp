@@ -90,9 +90,9 @@ void add_limits(const Hand& hand, FoundGrasp& grasp) {
 }  // namespace
 
 double cost_of(const FoundGrasp& grasp) {
-  constexpr double kEnough = 0.6, kEase_rad = 0.15, kHard = 0.5, kDexterous = 0.15;
+  constexpr double kEnough = 0.6, kEasy_rad = 0.15, kHard = 0.5, kDexterous = 0.15;
   double cost = 1.0 - std::min(grasp.margin, kEnough) / kEnough + 0.5 * grasp.needed_friction;
-  cost += 0.5 * std::max(0.0, 1.0 - grasp.limit_rad / kEase_rad);
+  cost += 0.5 * std::max(0.0, 1.0 - grasp.limit_rad / kEasy_rad);
   cost += 2.0 * std::max(0.0, std::max(grasp.muscle_share, grasp.travel_share) - kHard) / kHard;
   const double dexterity = std::min(grasp.dexterity, grasp.travel_dexterity);
   cost += std::max(0.0, 1.0 - dexterity / kDexterous) + (dexterity < kLeastDexterity ? 5.0 : 0.0);
