@@ -42,8 +42,8 @@ inline void hold_standard_streams() {
   }
 }
 
-/// Has the program end with words and exit code 1 where memory does not suffice to unwind: destructors of JSON allocate,
-/// and may not throw.
+/// Has the program end with words and exit code 1 where memory does not suffice to unwind: destructors of JSON may not
+/// throw, but allocate.
 inline void tell_of_memory_at_the_end() {
   static const std::terminate_handler otherwise = std::get_terminate();
   std::set_terminate([] {

@@ -261,7 +261,7 @@ int run_program(int argc, char** argv) try {
     std::cerr << app::kNoStack;
     return app::kBadUsage;
   }
-  tell_of_memory_at_the_end();
+  app::tell_of_memory_at_the_end();
   widen_thread_stacks();
   int exit_code = app::kDone;
   std::optional<Options> options = parse_options(argc, argv, exit_code);
