@@ -50,8 +50,8 @@ inline void tell_of_memory_at_the_end() {
     try {
       if (const std::exception_ptr cause = std::current_exception()) std::rethrow_exception(cause);
     } catch (const std::bad_alloc&) {
-      constexpr std::string_view kWords = "not enough memory\n";
-      (void)!write(STDERR_FILENO, kWords.data(), kWords.size());
+      constexpr std::string_view kMessage = "not enough memory\n";
+      (void)!write(STDERR_FILENO, kMessage.data(), kMessage.size());
       _exit(1);
     } catch (...) {  // It is told by the handler that was there.
     }

@@ -27,7 +27,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kPeg_m = 20e-3, kChamfer_m = 1e-3, kDeepest_m = 24e-3;  // Of configs/peg.yaml; below the chamfer.
+constexpr double kPeg_m = 20e-3, kDeepest_m = 24e-3;  // Of configs/peg.yaml; below the chamfer.
 constexpr double kStiff_Nm_per_rad = 4.0;
 constexpr double kLimitTilt = 180.0 / std::numbers::pi;
 

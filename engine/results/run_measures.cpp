@@ -165,7 +165,7 @@ double relative_force_error(TickRef tick) {
   return sum / static_cast<double>(tick.force_error_N.size());
 }
 double force_error_N(TickRef tick) { return root_mean_square({tick.force_error_N.begin(), tick.force_error_N.end()}); }
-double stop(TickRef tick) { return tick.contact.stop_Nm.cwiseAbs().maxCoeff(); }
+double stop(TickRef tick) { return tick.contact.stop_Nm.lpNorm<Eigen::Infinity>(); }
 double assembly(TickRef tick) { return tick.factors_s + tick.contact.assemble_s; }
 int sweeps(TickRef tick) { return tick.contact.solve.sweeps; }
 double residual(TickRef tick) {
