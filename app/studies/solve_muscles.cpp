@@ -77,7 +77,7 @@ std::vector<SolveResult> solve(const MuscleFile& file, const std::string& method
   SolveResult result;
   result.name = file.name;
   VectorXd f(file.H.cols());
-  MuscleWorkspace work(file.H.rows(), file.H.cols(), file.limit.size());
+  MuscleWorkspace work(file.H.rows(), file.H.cols());
   MuscleReport report;
   result.times_us = time_solves(
       repetition, [&] { f.setZero(); },

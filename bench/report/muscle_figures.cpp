@@ -270,7 +270,7 @@ void add_growth(ordered_json& part, bool quick) {
       c.add(repeated_hand(fingers, random));
     }
     const double before = heap_bytes();
-    const MuscleWorkspace work(4 * fingers, c.problems.front().problem.H.cols(), c.problems.front().problem.H.cols());
+    const MuscleWorkspace work(4 * fingers, c.problems.front().problem.H.cols());
     bytes.push_back(heap_bytes() - before + sizeof work);
     const std::vector<WorkPoint> points = measure(c, turns);
     if (curves.empty()) {

@@ -117,7 +117,7 @@ SmallProblems solve_small_problems(int rounds) {
       solve_grasp(problem, lemke, all.active_by_lemke, all.active, all.active_round);
     }
     for (const MuscleFile& file : run.muscles) {
-      MuscleWorkspace work(file.H.rows(), file.H.cols(), file.limit.size());
+      MuscleWorkspace work(file.H.rows(), file.H.cols());
       VectorXd f(file.H.cols());
       MuscleReport report;
       const auto error = [&] { return muscle_kkt_error(file, report.multiplier, f); };

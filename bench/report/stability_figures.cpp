@@ -344,6 +344,7 @@ Model with_fixed_gaussian(const Model& model) {
       pulp.kernel.col(j) =
           peak * (-(p.colwise() - p.col(j)).colwise().squaredNorm().transpose().array() / (2.0 * sigma2)).exp();
     }
+    pulp.rounded_kernel = pulp.kernel.cast<float>();
     pulp.a = (pulp.tangential - 1.0) * pulp.kernel;
   }
   return own;

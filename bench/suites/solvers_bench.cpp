@@ -179,7 +179,7 @@ void register_grasps() {
 
 void run_muscles(benchmark::State& bench, const std::vector<MuscleData>& problems, bool lemke) {
   const Index joints = problems.front().H.rows(), muscles = problems.front().H.cols();
-  MuscleWorkspace work(joints, muscles, muscles);
+  MuscleWorkspace work(joints, muscles);
   VectorXd f(muscles);
   const auto solve = [&](const MuscleProblem& p) {
     return lemke ? solve_muscle_forces_by_lemke(p, work, f) : solve_muscle_forces(p, f);

@@ -1,6 +1,7 @@
 #include "engine/grasp/compliance.h"
 
 #include <algorithm>
+#include <array>
 #include <span>
 
 #include "engine/grasp/object_compliance.h"
@@ -16,21 +17,23 @@ namespace {
 /// u = rho u + (1 - rho) sum_j k_ij w_j for kRows control points i from `first` on. All sums stay in registers.
 template <int kRows>
 void deform_rows(const Pulp& pulp, double rho, Index first, const PulpLoads& loads, Eigen::MatrixX3d& u) {
-  using Lanes = Eigen::Array<double, kRows, 1>;
-  Lanes x = Lanes::Zero(), y = x, z = x;
+  constexpr int kLanes = std::min(kRows, 8);
+  using Lanes = Eigen::Array<float, kLanes, 1>;
+  std::array<std::array<Lanes, 3>, kRows / kLanes> sums;
+  for (auto& axes : sums) axes.fill(Lanes::Zero());
   for (const PulpLoads::Load& load : loads.loads) {
-    const Lanes k = pulp.kernel.col(load.control_point).segment<kRows>(first);
-    x += load.w.x() * k;
-    y += load.w.y() * k;
-    z += load.w.z() * k;
+    const auto column = pulp.rounded_kernel.col(load.control_point);
+    for (std::size_t part = 0; part < sums.size(); ++part) {
+      const Lanes k = column.segment<kLanes>(first + kLanes * static_cast<Index>(part));
+      for (int axis = 0; axis < 3; ++axis) sums[part][axis] += load.w[axis] * k;
+    }
   }
-  const auto move = [&](const Lanes& sum, int axis) {
-    auto u_axis = u.col(axis).segment<kRows>(first).array();
-    u_axis = rho * u_axis + (1.0 - rho) * sum;
-  };
-  move(x, 0);
-  move(y, 1);
-  move(z, 2);
+  for (std::size_t part = 0; part < sums.size(); ++part) {
+    for (int axis = 0; axis < 3; ++axis) {
+      auto u_axis = u.col(axis).segment<kLanes>(first + kLanes * static_cast<Index>(part)).array();
+      u_axis = rho * u_axis + (1.0 - rho) * sums[part][axis].template cast<double>();
+    }
+  }
 }
 
 }  // namespace
@@ -117,9 +120,9 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
     const Vector3d f_i = f.segment<3>(3 * (begin + i));
     if (f_i[0] <= 0.0) continue;
     const Vector3d mean(1.0, pulp.tangential, pulp.tangential);
-    work.loads.push_back({c, frame.softness[k] * (E_F * mean.cwiseProduct(f_i))});
+    work.loads.push_back({c, (frame.softness[k] * (E_F * mean.cwiseProduct(f_i))).cast<float>()});
   }
-  constexpr int kRows = 8;
+  constexpr int kRows = 32;
   Index first = 0;
   for (; first + kRows <= u.rows(); first += kRows) deform_rows<kRows>(pulp, rho, first, work, u);
   for (; first < u.rows(); ++first) deform_rows<1>(pulp, rho, first, work, u);

@@ -43,7 +43,7 @@ class KeptCompliance {
 struct PulpLoads {
   struct Load {
     Eigen::Index control_point;
-    Eigen::Vector3d w;  ///< f, its part across the normal times c_t; distal frame.
+    Eigen::Vector3f w;  ///< f, its part across the normal times c_t; distal frame.
   };
   explicit PulpLoads(const Model& model);
 
@@ -54,8 +54,9 @@ struct PulpLoads {
 /// Computes u = rho u + (1 - rho) C f of finger k, at all its control points. At those of the frame's contacts,
 /// (1 - rho) C f is the solver's own `surface_motion` (GroupedWorkspace): in a motion of its own a finger that sticks
 /// would walk. At the others, which bear no force, forces across the normal act by c_t in all directions, the mean of
-/// Cerruti's tensor: the tensor itself would cost four times as much. `f` holds the frame's contact forces, rows (n,
-/// t1, t2) each, as surface_motion has. Does not allocate.
+/// Cerruti's tensor: the tensor itself would cost four times as much. Their sums are of single precision, which rounds
+/// u by some 1e-10 m under a few newtons. `f` holds the frame's contact forces, rows (n, t1, t2) each, as
+/// surface_motion has. Does not allocate.
 void deform(const Model& model, const Frame& frame, const ContactKinematics& now, int k, const Eigen::VectorXd& f,
             const Eigen::VectorXd& surface_motion, PulpLoads& work, State& state);
 

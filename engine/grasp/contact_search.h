@@ -33,7 +33,7 @@ struct HeldContact {
 struct NearPoint {
   double gap_m;    ///< At rest.
   double least_m;  ///< The lesser of this and the gap as it is deformed.
-  bool is_beyond;  ///< It is nearest to a face that its pulp does not face, behind the middle of something.
+  bool is_beyond;  ///< The face nearest to it is turned away from the pulp: it has passed the middle of a thin part.
   const HeldContact* held;
 
   [[nodiscard]] Eigen::Index control_point() const { return held->contact.control_point; }

@@ -143,6 +143,7 @@ void fill_compliance(Pulp& pulp) {
       set(pulp.b, i, j, entry.b);
     }
   }
+  pulp.rounded_kernel = pulp.kernel.cast<float>();
 }
 
 double retained_share(const PulpMaterial& material, double step_s) {

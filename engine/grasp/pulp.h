@@ -77,6 +77,7 @@ struct Pulp {
   Eigen::MatrixX3d control_normals = {};   ///< L x 3, outward, at rest.
   Eigen::VectorXd area_m2 = {};            ///< L; together the surface's.
   Eigen::MatrixXd kernel = {};             ///< L x L, k_ij [m/N], of the pulp without load.
+  Eigen::MatrixXf rounded_kernel = {};     ///< The kernel in single precision, for points that bear no force.
   Eigen::MatrixXd a = {};                  ///< L x L, a_ij [m/N], likewise.
   Eigen::MatrixXd b = {};                  ///< L x L, b_ij [1/(N m)], likewise.
   double tangential = 1.0;                 ///< c_t.

@@ -134,8 +134,9 @@ void forward_kinematics(const Hand& hand, const JointVector& q, HandPose& pose) 
       const Joint& joint = hand.joints[i];
       pose.origin_m[i] = chain[k][j] * joint.origin_m;
       pose.axis[i] = chain[k][j].linear() * joint.axis;
-      const Translation3d to_joint(joint.origin_m);
-      chain[k][j + 1] = chain[k][j] * to_joint * AngleAxisd(q[i], joint.axis) * to_joint.inverse();
+      // It turns about the joint, which stays where it is.
+      chain[k][j + 1].linear() = chain[k][j].linear() * AngleAxisd(q[i], joint.axis).toRotationMatrix();
+      chain[k][j + 1].translation() = pose.origin_m[i] - chain[k][j + 1].linear() * joint.origin_m;
     }
   }
   pose.segments.resize(hand.segments.size());

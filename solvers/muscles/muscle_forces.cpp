@@ -367,17 +367,17 @@ void solve_transposed(const MuscleWorkspace& work, Index rows, MuscleReport::Joi
 
 }  // namespace
 
-MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles, Index limits)
-    : lcp(muscles + limits),
+MuscleWorkspace::MuscleWorkspace(Index joints, Index muscles)
+    : lcp(2 * muscles),
       Y(joints, muscles),
       L(joints, joints),
       t(joints),
       pi(muscles, muscles),
       least(muscles),
       z(muscles),
-      M(limits > 0 ? muscles + limits : 0, limits > 0 ? muscles + limits : 0),
-      q(limits > 0 ? muscles + limits : 0),
-      zy(limits > 0 ? muscles + limits : 0) {}
+      M(2 * muscles, 2 * muscles),
+      q(2 * muscles),
+      zy(2 * muscles) {}
 
 namespace {
 

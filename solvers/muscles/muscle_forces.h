@@ -65,10 +65,10 @@ struct MuscleReport {
 ///           bits.
 [[nodiscard]] MuscleReport solve_muscle_forces(const MuscleProblem& problem, Eigen::Ref<Eigen::VectorXd> f) noexcept;
 
-/// Memory of muscle forces by Lemke's method for up to `joints` x `muscles` with `limits` limits; allocated once.
+/// Memory of muscle forces by Lemke's method for up to `joints` x `muscles`, each with a limit; allocated once.
 class MuscleWorkspace {
  public:
-  MuscleWorkspace(Eigen::Index joints, Eigen::Index muscles, Eigen::Index limits = 0);
+  MuscleWorkspace(Eigen::Index joints, Eigen::Index muscles);
 
   LcpWorkspace lcp;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Y;  ///< Orthonormal rows that span those of H.

@@ -264,7 +264,7 @@ TEST(MuscleForces, LimitsBindOrAreProvedToBeTooLow) {
       if (seed % 2 == 0) problem.limit[random.whole(0, 22)] = std::numeric_limits<double>::infinity();
       const MuscleProblem view = problem;
       const Solution ours = solve(view);
-      MuscleWorkspace work(12, 23, 23);
+      MuscleWorkspace work(12, 23);
       VectorXd f(23);
       const MuscleReport lemke = solve_muscle_forces_by_lemke(view, work, f);
       ASSERT_EQ(ours.report.status, lemke.status);
