@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <span>
 
@@ -309,7 +308,7 @@ std::vector<double> read_state_message(std::string_view bytes) {
   if (!is_known) return {};
   if ((bytes.size() - kHeader) % sizeof(double) != 0) return {};
   std::vector<double> numbers((bytes.size() - kHeader) / sizeof(double));
-  std::memcpy(numbers.data(), bytes.data() + kHeader, numbers.size() * sizeof(double));
+  std::ranges::copy(bytes.substr(kHeader), reinterpret_cast<char*>(numbers.data()));
   return numbers;
 }
 
