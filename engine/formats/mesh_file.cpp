@@ -142,6 +142,13 @@ TriangleMesh parse_off(ByteSource& source) {
     }
     expect_none(source, mesh.add_face(std::move(corners)));
   }
+  // Edges, which some programs write, have two corners.
+  if (const auto words = next_words(source)) {
+    const auto count = number_in<std::uint64_t>((*words)[0]);
+    if (count && *count > 2 && *count < words->size()) {
+      source.fail_at_line(fmt::format("is a face beyond those that the head counts: {}", head.faces));
+    }
+  }
   return mesh_of(source, mesh);
 }
 

@@ -39,29 +39,52 @@ std::size_t comment_in(std::string_view line) {
   return line.npos;
 }
 
-/// Splits a line at blanks, commas and semicolons.
-Words words_of_row(const ByteSource& source, std::string_view line) {
+/// The word without quotation marks about it.
+std::string_view unquoted(std::string_view word) {
+  const std::size_t begin = std::min(word.find_first_not_of("\"'"), word.size());
+  return word.substr(begin, word.find_last_not_of("\"'") + 1 - begin);
+}
+
+/// What stands between the cells of a line: a comma or a semicolon, else a blank.
+char separator_of(std::string_view line) {
+  if (line.find(';') != line.npos) return ';';
+  return line.find(',') != line.npos ? ',' : ' ';
+}
+
+/// Calls back with each part of a line between separators.
+template <typename See>
+void for_each_part(std::string_view line, char separator, const See& see) {
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(separator, begin), line.size());
+    see(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
+/// Splits a line of numbers into cells at blanks, commas and semicolons. Nothing between two commas is an empty cell.
+Words cells_of(const ByteSource& source, std::string_view line) {
   line = line.substr(0, comment_in(line));
+  const char separator = separator_of(line);
+  if (separator == ' ') return words_of(line);
   const Words blank = words_of(line);
-  if (line.find_first_of(",;") == line.npos) return blank;
-  const bool has_both = line.find(';') != line.npos && line.find(',') != line.npos;
+  const bool has_both = separator == ';' && line.find(',') != line.npos;
   if (has_both || (blank.size() > 2 && std::ranges::all_of(blank, has_decimal_comma))) {
     source.fail_at_line("has commas within its numbers: write points in their place");
   }
-  Words words;
-  for (std::size_t begin = 0; begin < line.size();) {
-    constexpr std::string_view kBetween = " \t\r\n\v\f,;";
-    begin = std::min(line.find_first_not_of(kBetween, begin), line.size());
-    const std::size_t end = std::min(line.find_first_of(kBetween, begin), line.size());
-    if (begin < end) words.push_back(line.substr(begin, end - begin));
-    begin = end;
-  }
-  return words;
+  Words cells;
+  for_each_part(line, separator, [&](std::string_view part) {
+    const Words words = words_of(part);
+    cells.insert(cells.end(), words.begin(), words.end());
+    if (words.empty()) cells.emplace_back();
+  });
+  if (cells.back().empty()) cells.pop_back();  // A separator may end the line, too.
+  return std::ranges::all_of(cells, &std::string_view::empty) ? Words{} : cells;
 }
 
-/// A number of a line; nan and its kin also as Microsoft's libraries wrote them, "-1.#IND".
+/// A number of a line: nan for an empty cell, and for what Microsoft's libraries wrote for it, "-1.#IND".
 std::optional<double> number_of(std::string_view word) {
-  return word.find(".#") != word.npos ? std::nan("") : number_in<double>(word);
+  word = unquoted(word);
+  return word.empty() || word.find(".#") != word.npos ? std::nan("") : number_in<double>(word);
 }
 
 double require_number(const ByteSource& source, std::string_view word) {
@@ -70,49 +93,60 @@ double require_number(const ByteSource& source, std::string_view word) {
   return *number;
 }
 
+/// Tests for a line of no numbers: a title, or a comment.
+bool is_title(std::string_view line) {
+  constexpr std::string_view kBetween = " \t\r\v\f,;";
+  const std::size_t begin = std::min(line.find_first_not_of(kBetween), line.size());
+  const std::string_view first = line.substr(begin, line.find_first_of(kBetween, begin) - begin);
+  return !first.empty() && !number_of(first);
+}
+
+bool is_comment(std::string_view line) {
+  const std::size_t begin = std::min(line.find_first_not_of(" \t"), line.size());
+  return line.substr(begin).starts_with('#') || line.substr(begin).starts_with('%') ||
+         line.substr(begin).starts_with("//");
+}
+
 /// What the lines hold.
 struct Table {
   std::vector<double> values;
-  std::size_t width = 0;               ///< Values in a line.
-  std::vector<std::string> title;      ///< The words of the line before them; fewer name the last columns.
-  std::optional<std::uint64_t> count;  ///< The number of points, where a line of its own says it.
+  std::size_t width = 0;                 ///< Values in a line.
+  char separator = ' ';                  ///< What stands between them.
+  std::vector<std::string_view> titles;  ///< Comments and titles before them.
+  bool has_title = false;                ///< One of them is no comment.
+  std::optional<std::uint64_t> count;    ///< The number of points, where a line of its own says it.
 };
 
-/// The words of a title, without what they stand in.
-std::vector<std::string> title_of(const Words& words) {
-  std::vector<std::string> title;
-  for (std::string_view word : words) {
-    const std::size_t begin = std::min(word.find_first_not_of("/\"'"), word.size());
-    word = word.substr(begin, word.find_last_not_of("\"'") + 1 - begin);
-    if (!word.empty()) title.push_back(lower_case(word));
-  }
-  return title;
+/// Keeps a line before the first row that has no numbers. A file may have a title, and the names of its columns.
+void take_title(const ByteSource& source, std::string_view line, Table& table) {
+  const bool is_plain = !is_comment(line) && !line.starts_with("sep=");
+  const auto plain = std::ranges::count_if(table.titles, [](std::string_view one) { return !is_comment(one); });
+  if (is_plain && plain == 2) (void)require_number(source, words_of(line).front());
+  table.has_title = table.has_title || is_plain || line.starts_with("//");
+  if (!line.starts_with("sep=")) table.titles.push_back(line);
 }
 
 Table read_table(ByteSource& source) {
   Table table;
-  const auto is_number = [](std::string_view word) { return number_of(word).has_value(); };
   while (const auto line = source.take_any_line()) {
-    const Words words = words_of_row(source, *line);
-    if (words.empty()) continue;
     const bool is_first = table.width == 0;
-    const bool is_comment = words[0].starts_with("//");
-    if (is_comment && !is_first) continue;
-    if (is_first && table.title.empty() && (is_comment || !is_number(words[0]))) {
-      table.title = title_of(words);
+    if (is_comment(*line) || (is_first && is_title(*line))) {
+      if (is_first) take_title(source, *line, table);
       continue;
     }
-    if (is_first && words.size() == 1 && !table.count) {
-      table.count = number_in<std::uint64_t>(words[0]);
-      if (table.count) continue;
-    }
-    if (!is_first && words.size() == 1 && table.count) {  // Files of scanners may have several scans, each counted.
+    const Words words = cells_of(source, *line);
+    if (words.empty()) continue;
+    // Files of scanners may have several scans, each counted.
+    if (words.size() == 1 && (is_first ? !table.count : table.count.has_value())) {
       if (const auto more = number_in<std::uint64_t>(words[0])) {
-        *table.count += *more;
+        table.count = table.count.value_or(0) + *more;
         continue;
       }
     }
-    if (is_first) table.width = words.size();
+    if (is_first) {
+      table.width = words.size();
+      table.separator = separator_of(line->substr(0, comment_in(*line)));
+    }
     if (table.width < 3) {
       source.fail_at_line("must be x y z or x y z nx ny nz, not " + counted(std::ssize(words), "value"));
     }
@@ -123,6 +157,34 @@ Table read_table(ByteSource& source) {
     for (const std::string_view word : words) table.values.push_back(require_number(source, word));
   }
   return table;
+}
+
+/// A column's name in small letters, without quotation marks and its unit: "X [mm]", "x_mm" and "x" are one.
+std::string plain_name(std::string_view name) {
+  std::string plain = lower_case(unquoted(name.substr(0, name.find_first_of("[("))));
+  std::ranges::replace_if(
+      plain, [](char c) { return c == ' ' || c == '\t' || c == '.'; }, '_');
+  const auto trim = [&] {
+    while (plain.ends_with('_') || plain.ends_with('\r')) plain.pop_back();
+  };
+  trim();
+  for (const std::string_view unit : {"_mm", "_cm", "_m"}) {
+    if (plain.ends_with(unit)) plain.resize(plain.size() - unit.size());
+  }
+  trim();
+  return plain.substr(std::min(plain.find_first_not_of('_'), plain.size()));
+}
+
+/// The names that a title has between its separators.
+std::vector<std::string> names_in(std::string_view title, char separator) {
+  title = title.substr(std::min(title.find_first_not_of("#/% \t"), title.size()));
+  std::vector<std::string> names;
+  if (separator == ' ') {
+    for (const std::string_view word : words_of(title)) names.push_back(plain_name(word));
+  } else {
+    for_each_part(title, separator, [&](std::string_view part) { names.push_back(plain_name(part)); });
+  }
+  return names;
 }
 
 /// Tests whether three columns may be outward normals: nearly all are of unit length, and not all have only positive
@@ -142,32 +204,62 @@ bool are_normals(const Rows& rows, Index first) {
   return 10 * unit > 9 * some && (is_any_negative || rows.cols() < few);
 }
 
-/// Returns the columns that a title names so, with `prefix` and one of three endings; nothing if it does not name all
-/// three, or more than once. The numbers of rows, as tables have them first, have no name.
-std::optional<std::array<Index, 3>> named(const Table& table, const std::string& prefix,
-                                          const std::array<std::string, 3>& endings) {
-  const std::size_t unnamed = table.width - std::min(table.width, table.title.size());
-  if (table.title.size() > table.width || unnamed > 1) return std::nullopt;
-  std::array<Index, 3> columns{};
+using Columns = std::array<Index, 3>;
+
+/// Returns the columns named so, with `prefix` and one of three endings; nothing if not all three are, each once.
+std::optional<Columns> named(const std::vector<std::string>& names, const std::string& prefix,
+                             const std::array<std::string, 3>& endings) {
+  Columns columns{};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::string name = prefix + endings[k];
-    if (std::ranges::count(table.title, name) != 1) return std::nullopt;
-    columns[k] = std::ranges::find(table.title, name) - table.title.begin() + static_cast<Index>(unnamed);
+    if (std::ranges::count(names, name) != 1) return std::nullopt;
+    columns[k] = std::ranges::find(names, name) - names.begin();
   }
   return columns;
 }
 
-/// Returns the columns that a title gives one of these names, with x, y and z, or numbers as ParaView writes.
-std::optional<std::array<Index, 3>> named(const Table& table, const std::vector<std::string>& names) {
-  for (const std::string& name : names) {
-    if (const auto columns = named(table, name, {"x", "y", "z"})) return columns;
-    if (const auto columns = named(table, name, {":0", ":1", ":2"})) return columns;
-    if (const auto columns = named(table, name, {"_0", "_1", "_2"})) return columns;
+/// Returns the columns that have one of these names, with x, y and z, or numbers as ParaView writes.
+std::optional<Columns> named(const std::vector<std::string>& names, const std::vector<std::string>& prefixes) {
+  for (const std::string& prefix : prefixes) {
+    if (const auto columns = named(names, prefix, {"x", "y", "z"})) return columns;
+    if (const auto columns = named(names, prefix, {":0", ":1", ":2"})) return columns;
+    if (const auto columns = named(names, prefix, {"_0", "_1", "_2"})) return columns;
   }
   return std::nullopt;
 }
 
-std::string in_words(const std::array<Index, 3>& columns) {
+std::optional<Columns> named_places(const std::vector<std::string>& names) {
+  return named(names, {"", "points", "point_", "pos_", "pos", "position_", "position", "p_", "p", "coord_"});
+}
+
+/// Tests whether a table's first column counts its rows: it has no name often.
+bool counts_rows(const Rows& rows) {
+  for (Index i = 1; i < rows.cols(); ++i) {
+    if (rows(0, i) != rows(0, i - 1) + 1.0) return false;
+  }
+  return rows.cols() > 1 && rows(0, 0) == std::floor(rows(0, 0));
+}
+
+/// Returns the names of a table's columns by the last of its titles that names x, y and z; nothing without one. Fails
+/// for a title that names each column, and none of them so.
+std::vector<std::string> names_of(const ByteSource& source, const Table& table, const Rows& rows) {
+  const std::string_view separators = table.separator == ' ' ? "\t ," : table.separator == ';' ? "; ," : ", ;";
+  for (auto title = table.titles.rbegin(); title != table.titles.rend(); ++title) {
+    for (const char separator : separators) {
+      std::vector<std::string> names = names_in(*title, separator);
+      if (names.size() + 1 == table.width) {
+        names.insert(counts_rows(rows) ? names.begin() : names.end(), "");
+      }
+      if (names.size() <= table.width && named_places(names)) return names;
+      if (names.size() == table.width && table.width > 3 && !is_comment(*title) && separator != ' ') {
+        source.fail(fmt::format("names its columns {}: call three of them x, y and z", fmt::join(names, ", ")));
+      }
+    }
+  }
+  return {};
+}
+
+std::string in_words(const Columns& columns) {
   if (columns[1] == columns[0] + 1 && columns[2] == columns[1] + 1) {
     return fmt::format("columns {} to {}", columns[0] + 1, columns[2] + 1);
   }
@@ -175,13 +267,17 @@ std::string in_words(const std::array<Index, 3>& columns) {
 }
 
 /// The points and normals of a table.
-PointCloud cloud_of(const Table& table, Notes& notes) {
+PointCloud cloud_of(const ByteSource& source, const Table& table, Notes& notes) {
   const auto width = static_cast<Index>(table.width);
   const Rows rows(table.values.data(), width, std::ssize(table.values) / width);
-  const auto places = named(table, {"", "points"}).value_or(std::array<Index, 3>{0, 1, 2});
-  auto normals = named(table, {"n", "normal_", "normal", "normals"});
+  const std::vector<std::string> names = names_of(source, table, rows);
+  const Columns places = named_places(names).value_or(Columns{0, 1, 2});
+  auto normals = named(names, {"n", "n_", "normal_", "normal", "normals", "normals_"});
+  if (!normals) normals = named(names, "", {"i", "j", "k"});
   const bool is_named = normals.has_value();
-  for (Index first = 3; !is_named && places[2] == 2 && first + 3 <= width && !normals; ++first) {
+  // Of columns with names only those are normals that are called so.
+  const bool may_be_unnamed = names.size() < table.width || names.back().empty();
+  for (Index first = 3; !is_named && may_be_unnamed && places[2] == 2 && first + 3 <= width && !normals; ++first) {
     if (are_normals(rows, first)) normals = {first, first + 1, first + 2};
   }
   PointCloud cloud{rows(places, Eigen::all), {}};
@@ -191,10 +287,11 @@ PointCloud cloud_of(const Table& table, Notes& notes) {
   std::string note = "took " + in_words(places) + " for x y z";
   if (normals) {
     note += " and " + in_words(*normals) + " for normals" + (is_named ? "" : ", for they are of unit length");
-  } else if (width == 6) {
+  } else if (width == 6 && may_be_unnamed) {
     note += " and columns 4 to 6 for colours: they are not normals, which have unit length and point to all sides";
   }
-  if (width > (normals ? 6 : 3) && !(width == 6 && !normals)) note += "; the other columns are not read";
+  if (width > 6 || (width > 3 && !normals && !(width == 6 && may_be_unnamed)))
+    note += "; the other columns are not read";
   notes.push_back(note);
   return cloud;
 }
@@ -210,8 +307,8 @@ PointCloud parse_xyz(std::string_view bytes, const std::filesystem::path& file, 
   if (table.count && *table.count != points) {
     source.fail(fmt::format("says that it has {} points, and has {}", *table.count, points));
   }
-  if (!table.title.empty()) notes.emplace_back("passed over the line before the points");
-  return cloud_of(table, notes);
+  if (table.has_title) notes.emplace_back("passed over the line before the points");
+  return cloud_of(source, table, notes);
 }
 
 }  // namespace thenar

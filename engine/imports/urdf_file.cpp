@@ -136,6 +136,12 @@ void add_children(const std::map<std::string, std::vector<LinkJoint>>& joints_be
   }
 }
 
+/// Macros may stand anywhere, also in a link or a joint.
+void refuse_macros(const XmlElement& element) {
+  if (element.name.starts_with("xacro:")) refuse(element, "is a macro: expand the file with xacro first");
+  for (const XmlElement& child : element.children) refuse_macros(child);
+}
+
 }  // namespace
 
 BodyTree read_urdf(const XmlElement& robot) {
@@ -143,8 +149,8 @@ BodyTree read_urdf(const XmlElement& robot) {
   std::map<std::string, std::vector<LinkJoint>> joints_below;
   BodyTree tree = empty_tree();
   int massless = 0;
+  refuse_macros(robot);
   for (const XmlElement& element : robot.children) {
-    if (element.name.starts_with("xacro:")) refuse(element, "is a macro: expand the file with xacro first");
     if (element.name != "link") continue;
     if (!links.emplace(element.text("name"), &element).second) refuse(element, "is there twice");
     massless += lacks_mass(element) ? 1 : 0;

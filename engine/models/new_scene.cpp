@@ -22,10 +22,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Throws FileError where there is no such file, and names the surface in its folder whose name is nearest.
+/// Throws FileError for a name that no text can have, and where there is no such file: then it names the surface in its
+/// folder whose name is nearest.
 void expect_object(const fs::path& object) {
   std::error_code none;
+  if (first_unprintable(object.string()) != std::string::npos) {
+    throw FileError(object, "a scene cannot name a file with such bytes in its name: rename it");
+  }
   if (fs::exists(object, none)) return;
+  if (fs::is_symlink(object, none)) throw FileError(object, "is a link to no file");
   const fs::path folder = object.parent_path();
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder.empty() ? "." : folder, none)) {

@@ -102,6 +102,11 @@ TEST(Program, NamesTheFileOrHandThatIsNearest) {
   expect("new my.yaml --object cube.obj --hand leep", 3, leep);
   expect("grasp cubes.obj", 3, "cubes.obj: no such file, did you mean 'cube.obj'?");
   expect("new my.yaml --object ./cub.obj", 3, "./cub.obj: no such file, did you mean './cube.obj'?");
+  std::filesystem::create_symlink("nothing.obj", folder / "link.obj");
+  expect("grasp link.obj", 3, "link.obj: is a link to no file");
+  write_cube(folder / "two\nlines.obj");
+  expect("new my.yaml --object \"$(printf 'two\\nlines.obj')\"", 3,
+         "two\\x0Alines.obj: a scene cannot name a file with such bytes in its name: rename it");
   expect("grasp nothing/like/it.stl", 3, "nothing/like/it.stl: no such file");
   expect("grasp cube.obj --set object.mass=1kg", 2, "--set: changes a scene, not an object");
   expect("grasp minimal --unit mm", 2, "--unit: is of an object's file: a scene has its own");

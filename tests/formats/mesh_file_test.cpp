@@ -146,6 +146,8 @@ TEST(MeshFile, RefusesWhatIsNoClosedSurface) {
   EXPECT_EQ(read("o box\n", "box.obj").fault,
             "box.obj: has neither vertices nor faces: it is another kind of file than its name says");
   EXPECT_EQ(read("OFF\n3 1 3\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", "flat.off").fault, "flat.off: its faces have no area");
+  EXPECT_EQ(read("OFF\n4 1 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n\n3 0 1 3\n", "two.off").fault,
+            "two.off: line 9: is a face beyond those that the head counts: 1");
 }
 
 TEST(MeshFile, RefusesSizesBeyondNumbers) {

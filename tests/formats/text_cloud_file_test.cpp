@@ -155,6 +155,49 @@ TEST(TextCloudFile, FindsColumnsByTheirNames) {
   EXPECT_EQ(fault_of(scans + "3\n"), "scan: says that it has 43 points, and has 40");
 }
 
+// A name may have blanks and a unit, and a title fewer names than a row has values: those of the last columns, where the
+// first one counts rows, else those of the first ones.
+TEST(TextCloudFile, SplitsTitlesAsItsRows) {
+  struct Case {
+    std::string title, row, took;
+    Vector3d point{1, 2, 3};
+  };
+  const std::string second = "took columns 2 to 4 for x y z; the other columns are not read";
+  const std::string first = "took columns 1 to 3 for x y z; the other columns are not read";
+  const std::vector<Case> cases{
+      {"time [s],X,Y,Z", "0.5,1,2,3", second},
+      {"Point No;X;Y;Z", "0.5;1;2;3", second},
+      {"t,pos_x,pos_y,pos_z", "0.5,1,2,3", second},
+      {"No,X(mm),Y(mm),Z(mm)", "7,1,2,3", second},
+      {"Point No\tX mm\tY mm\tZ mm", "0.5\t1\t2\t3", second},
+      {"X Y Z", "1 2 3 0.5", first},
+      {"X Y Z", "7 1 2 3", second},
+      {"% x y z", "1 2 3 0.5", first},
+      {"# time x y z", "0.5 1 2 3", second},
+      {"# exported, 12 points\n# t x y z\n# all in mm", "0.5 1 2 3", second},
+      {"z,y,x,point intensity", "3,2,1,9.5", "took columns 3, 2 and 1 for x y z; the other columns are not read"},
+      {"id,name,x,y,z", "7,,1,2,3", "took columns 3 to 5 for x y z; the other columns are not read"},
+      {"\"x\",\"y\",\"z\"", "\"1\",\"2\",\"3\"", ""},
+      {"sep=;\nx;y;z", "1;2;3", ""},
+      {"Scan of a cup\nx y z", "1 2 3", ""},
+      {"x,y,z,u,v,w", "1,2,3,0,0,-1", first},
+      {"x y z i j k", "1 2 3 0 0 -1", "took columns 1 to 3 for x y z and columns 4 to 6 for normals"}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.title);
+    std::string text = c.title + "\n";
+    for (int i = 0; i < 20; ++i)
+      text += (c.row.starts_with('7') ? std::to_string(7 + i) + c.row.substr(1) : c.row) + "\n";
+    const Read read = read_xyz(text);
+    ASSERT_EQ(read.cloud.points_m.cols(), 20);
+    EXPECT_EQ(read.cloud.points_m.col(11), c.point);
+    EXPECT_EQ(read.cloud.normals.cols(), c.title.ends_with("k") ? 20 : 0);
+    EXPECT_NE(read.note.find(c.took), std::string::npos) << read.note;
+  }
+  EXPECT_EQ(fault_of("t,east,north,up\n0,1,2,3\n"),
+            "scan: names its columns t, east, north, up: call three of them x, y and z");
+  EXPECT_EQ(fault_of("a ball\nof mine\nsince May\n1 2 3\n"), "scan: line 3: 'since' is not a number");
+}
+
 TEST(TextCloudFile, KeepsMissingValues) {
   const PointCloud cloud = read_xyz("1 2 3\nnan 1 2\n-1.#IND 1.#QNAN inf\n+1.5 -2 3\n").cloud;
   ASSERT_EQ(cloud.points_m.cols(), 4);
