@@ -6,6 +6,7 @@
 #include <queue>
 #include <stdexcept>
 #include <tuple>
+#include <unordered_map>
 #include <vector>
 
 #include "collision/point_grid.h"
@@ -18,8 +19,50 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// The samples around each: within 3 spacings, or, where a scan is sparse, within 2, 4 or 8 times as many.
+class Neighbours {
+ public:
+  Neighbours(const PointCloud& cloud, double spacing_m) : spacing_m_(spacing_m), level_(cloud.points_m.cols(), 0) {
+    // An even scan has 28 samples around one, and 14 at a rim.
+    constexpr int kFew = 8;
+    constexpr std::size_t kLevels = 4;
+    grids_.reserve(kLevels);
+    for (bool is_sparse = true; is_sparse && grids_.size() < kLevels;) {
+      const std::size_t level = grids_.size();
+      const PointGrid& grid = grids_.emplace_back(cloud.points_m, 3.0 * spacing_m * std::exp2(level));
+      is_sparse = false;
+      for (std::size_t i = 0; i < level_.size(); ++i) {
+        if (level_[i] != level) continue;
+        int around = 0;
+        grid.for_each_neighbour(static_cast<Index>(i), [&](Index, double) { ++around; });
+        if (around >= kFew || level + 1 == kLevels) continue;
+        ++level_[i];
+        is_sparse = true;
+      }
+    }
+  }
+
+  [[nodiscard]] double radius_m(Index i) const { return 3.0 * spacing_m_ * std::exp2(level_[i]); }
+  [[nodiscard]] bool is_sparse(Index i) const { return level_[i] > 0; }
+
+  /// Calls back with each sample within this share of the radius around sample i, and its distance.
+  template <typename See>
+  void for_each(Index i, double share, const See& see) const {
+    const double most_m = share * radius_m(i);
+    grids_[level_[i]].for_each_neighbour(i, [&](Index j, double distance_m) {
+      if (distance_m < most_m) see(j, distance_m);
+    });
+  }
+
+ private:
+  double spacing_m_;
+  std::vector<std::size_t> level_;
+  std::vector<PointGrid> grids_;
+};
+
 /// Estimates the normal, of either sign, of the plane near sample i.
-Vector3d plane_normal(const PointCloud& cloud, const PointGrid& grid, Index i, double radius_m) {
+Vector3d plane_normal(const PointCloud& cloud, const Neighbours& neighbours, Index i) {
+  const double radius_m = neighbours.radius_m(i);
   Vector3d n = Vector3d::Zero();
   // The first plane is that of all neighbours; each next one gives less weight to those far from the last.
   for (int pass = 0; pass < 6; ++pass) {
@@ -27,7 +70,7 @@ Vector3d plane_normal(const PointCloud& cloud, const PointGrid& grid, Index i, d
     const double height_m = radius_m * std::max(0.1, 0.5 * std::pow(0.7, pass - 1));
     Matrix3d moments = Matrix3d::Zero();
     double sum = 0.0;
-    grid.for_each_neighbour(i, [&](Index j, double distance_m) {
+    neighbours.for_each(i, 1.0, [&](Index j, double distance_m) {
       const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
       const double height = pass == 0 ? 0.0 : step_m.dot(n) / height_m;
       const double near = 1.0 - distance_m * distance_m / (radius_m * radius_m);
@@ -47,15 +90,44 @@ Vector3d carried(const Vector3d& n, const Vector3d& step_m) {
   return n - 2.0 * n.dot(step_m) / step_m.squaredNorm() * step_m;
 }
 
+/// The samples that are joined to each: those within two thirds of a radius, its own or the other's.
+class Joined {
+ public:
+  explicit Joined(const Neighbours& neighbours, Index count) : neighbours_(neighbours) {
+    for (Index j = 0; j < count; ++j) {
+      if (!neighbours.is_sparse(j)) continue;
+      for_each_near(j, [&](Index i) {
+        if (neighbours.radius_m(i) < neighbours.radius_m(j)) by_the_other_[i].push_back(j);
+      });
+    }
+  }
+
+  template <typename See>
+  void for_each(Index i, const See& see) const {
+    for_each_near(i, see);
+    const auto others = by_the_other_.find(i);
+    if (others != by_the_other_.end()) std::ranges::for_each(others->second, see);
+  }
+
+ private:
+  template <typename See>
+  void for_each_near(Index i, const See& see) const {
+    neighbours_.for_each(i, 2.0 / 3.0, [&](Index j, double) { see(j); });
+  }
+
+  const Neighbours& neighbours_;
+  std::unordered_map<Index, std::vector<Index>> by_the_other_;
+};
+
 /// Gives all samples joined to the start signs that agree with its own, by Prim's algorithm; returns these samples.
-std::vector<Index> spread_sign(PointCloud& cloud, const PointGrid& grid, Index start, std::vector<char>& reached) {
+std::vector<Index> spread_sign(PointCloud& cloud, const Joined& joined, Index start, std::vector<char>& reached) {
   using Edge = std::tuple<double, Index, Index>;  // doubt, from, to
   std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges;
   std::vector<Index> part;
   const auto reach = [&](Index i) {
     reached[i] = 1;
     part.push_back(i);
-    grid.for_each_neighbour(i, [&](Index j, double) {
+    joined.for_each(i, [&](Index j) {
       const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
       if (reached[j] != 0 || !(step_m.squaredNorm() > 0.0)) return;
       edges.emplace(1.0 - std::abs(carried(cloud.normals.col(i), step_m).dot(cloud.normals.col(j))), i, j);
@@ -89,17 +161,13 @@ void estimate_normals(PointCloud& cloud) {
   if (!(spacing_m > 0.0))
     throw std::invalid_argument("its points lie in a few places, many in each: leave out the copies");
   cloud.normals.resize(3, count);
-  {
-    const double radius_m = 3.0 * spacing_m;
-    const PointGrid grid(cloud.points_m, radius_m);
-    for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_normal(cloud, grid, i, radius_m);
-  }
-
-  const PointGrid grid(cloud.points_m, 2.0 * spacing_m);
+  const Neighbours neighbours(cloud, spacing_m);
+  for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_normal(cloud, neighbours, i);
+  const Joined joined(neighbours, count);
   std::vector<char> reached(count, 0);
   for (Index i = 0; i < count; ++i) {
     if (reached[i] != 0) continue;
-    const std::vector<Index> part = spread_sign(cloud, grid, i, reached);
+    const std::vector<Index> part = spread_sign(cloud, joined, i, reached);
     if (volume(cloud, part) >= 0.0) continue;
     for (const Index k : part) cloud.normals.col(k) *= -1.0;
   }

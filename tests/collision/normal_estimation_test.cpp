@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -73,6 +74,33 @@ TEST(NormalEstimation, CupsAreOutwardInsideToo) {
   const NormalErrors errors = errors_on(cup);
   EXPECT_LT(errors.turned_share, 0.005);  // those on an edge, whose normal lies between two faces
   EXPECT_LT(errors.mean_deg, 4.0);
+}
+
+// A scanner sees one side better: below the middle one sample in `ratio` is left, by chance. A box loses the samples that
+// tell its edges; on a ball every sign is known.
+TEST(NormalEstimation, ScansThatAreSparseOnOneSide) {
+  const PointCloud ball = sample_sphere(25 * kMm, 20000), box = sample_box({50 * kMm, 40 * kMm, 60 * kMm}, 20000);
+  for (const int ratio : {2, 5, 10, 30}) {
+    SCOPED_TRACE(ratio);
+    std::mt19937 bits(ratio);
+    const auto thinned = [&](const PointCloud& cloud) {
+      PointCloud left = cloud;
+      Index kept = 0;
+      for (Index i = 0; i < cloud.points_m.cols(); ++i) {
+        if (cloud.points_m(2, i) < 0.0 && bits() % ratio != 0) continue;
+        left.points_m.col(kept) = cloud.points_m.col(i);
+        left.normals.col(kept++) = cloud.normals.col(i);
+      }
+      left.points_m.conservativeResize(3, kept);
+      left.normals.conservativeResize(3, kept);
+      return left;
+    };
+    const NormalErrors of_ball = errors_on(thinned(ball)), of_box = errors_on(thinned(box));
+    EXPECT_EQ(of_ball.turned_share, 0.0);
+    EXPECT_LT(of_ball.mean_deg, 3.0);
+    EXPECT_LT(of_box.turned_share, 0.005);
+    EXPECT_LT(of_box.mean_deg, 5.0);
+  }
 }
 
 TEST(NormalEstimation, SameCloudSameNormals) {
