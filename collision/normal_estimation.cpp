@@ -153,15 +153,29 @@ double volume(const PointCloud& cloud, const std::vector<Index>& part) {
   return sum;
 }
 
+double spacing_of(const PointCloud& cloud) {
+  const double spacing_m = sample_spacing_m(cloud);
+  if (spacing_m > 0.0) return spacing_m;
+  throw std::invalid_argument("its points lie in a few places, many in each: leave out the copies");
+}
+
 }  // namespace
+
+double share_off_planes(const PointCloud& cloud) {
+  const Neighbours neighbours(cloud, spacing_of(cloud));
+  const Index step = std::max<Index>(1, cloud.points_m.cols() / 1000);
+  Index off = 0, seen = 0;
+  for (Index i = 0; i < cloud.points_m.cols(); i += step) {
+    ++seen;
+    if (std::abs(plane_normal(cloud, neighbours, i).dot(cloud.normals.col(i))) < std::sqrt(0.5)) ++off;
+  }
+  return static_cast<double>(off) / static_cast<double>(seen);
+}
 
 void estimate_normals(PointCloud& cloud) {
   const Index count = cloud.points_m.cols();
-  const double spacing_m = sample_spacing_m(cloud);
-  if (!(spacing_m > 0.0))
-    throw std::invalid_argument("its points lie in a few places, many in each: leave out the copies");
+  const Neighbours neighbours(cloud, spacing_of(cloud));
   cloud.normals.resize(3, count);
-  const Neighbours neighbours(cloud, spacing_m);
   for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_normal(cloud, neighbours, i);
   const Joined joined(neighbours, count);
   std::vector<char> reached(count, 0);

@@ -15,4 +15,8 @@ namespace thenar {
 /// Throws std::invalid_argument for fewer than two samples, or samples all in one place.
 void estimate_normals(PointCloud& cloud);
 
+/// Returns the share of a thousand samples, or of all, whose normals are more than 45 degrees off the plane of their
+/// neighbours, whatever their signs: a few percent at edges, most if they are not the surface's. Throws as above.
+[[nodiscard]] double share_off_planes(const PointCloud& cloud);
+
 }  // namespace thenar

@@ -128,12 +128,24 @@ std::string contradiction(const Scene& scene, bool is_estimated, double share) {
   return much + "orient them anew, or leave them out of the file, and they are estimated";
 }
 
+/// Leaves out normals that are not those of the surface: a constant, other axes, or values of another kind.
+void leave_out_others(PointCloud& cloud, std::vector<std::string>& notes) {
+  constexpr double kMost = 0.4;
+  const double share = share_off_planes(cloud);
+  if (share <= kMost) return;
+  cloud.normals.resize(3, 0);
+  notes.push_back(fmt::format(
+      "left out the file's normals: {:.0f} % are more than 45 degrees off the surface of the points", 100.0 * share));
+}
+
 ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes, const StartWatch& begins) {
   const auto tell = [&begins](const char* stage) {
     if (begins) begins(stage);
   };
   tell("the object's samples");
   PointCloud cloud = std::visit(MakeCloud{scene.object.points, notes}, scene.object.shape);
+  const auto* const scan = std::get_if<CloudShape>(&scene.object.shape);
+  if (scan != nullptr && !is_mesh_file(scan->file) && cloud.normals.cols() > 0) leave_out_others(cloud, notes);
   const bool is_estimated = cloud.normals.cols() == 0;
   if (is_estimated) {
     estimate_normals(cloud);

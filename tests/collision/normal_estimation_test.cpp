@@ -119,6 +119,20 @@ TEST(NormalEstimation, SeparatePartsAreAllOutward) {
   EXPECT_EQ(errors_on(two).turned_share, 0.0);
 }
 
+// A constant, axes in another order, and vectors of another kind against those of the surface, also turned inward.
+TEST(NormalEstimation, TellsNormalsFromOtherVectors) {
+  for (PointCloud cloud : {sample_sphere(25 * kMm, 3000), sample_box({50 * kMm, 50 * kMm, 50 * kMm}, 8000)}) {
+    EXPECT_LT(share_off_planes(cloud), 0.05);
+    const Matrix3Xd own = cloud.normals;
+    cloud.normals = -own;
+    EXPECT_LT(share_off_planes(cloud), 0.05);
+    cloud.normals << own.row(1), own.row(2), own.row(0);
+    EXPECT_GT(share_off_planes(cloud), 0.6);
+    cloud.normals.colwise() = Vector3d::UnitZ();
+    EXPECT_GT(share_off_planes(cloud), 0.6);
+  }
+}
+
 TEST(NormalEstimation, RefusesWhatHasNoSpacing) {
   PointCloud one{Vector3d::Zero(), {}}, same_place{Matrix3Xd::Zero(3, 20), {}};
   EXPECT_THROW(estimate_normals(one), std::invalid_argument);
