@@ -76,8 +76,8 @@ TEST(NormalEstimation, CupsAreOutwardInsideToo) {
   EXPECT_LT(errors.mean_deg, 4.0);
 }
 
-// A scanner sees one side better: below the middle one sample in `ratio` is left, by chance. A box loses the samples that
-// tell its edges; on a ball every sign is known.
+// A scanner sees one side better: below the middle one sample in `ratio` is left, by chance. A box loses the samples
+// that tell its edges; on a ball every sign is known.
 TEST(NormalEstimation, ScansThatAreSparseOnOneSide) {
   const PointCloud ball = sample_sphere(25 * kMm, 20000), box = sample_box({50 * kMm, 40 * kMm, 60 * kMm}, 20000);
   for (const int ratio : {2, 5, 10, 30}) {

@@ -155,8 +155,8 @@ TEST(TextCloudFile, FindsColumnsByTheirNames) {
   EXPECT_EQ(fault_of(scans + "3\n"), "scan: says that it has 43 points, and has 40");
 }
 
-// A name may have blanks and a unit, and a title fewer names than a row has values: those of the last columns, where the
-// first one counts rows, else those of the first ones.
+// A name may have blanks and a unit, and a title fewer names than a row has values: those of the last columns, where
+// the first one counts rows, else those of the first ones.
 TEST(TextCloudFile, SplitsTitlesAsItsRows) {
   struct Case {
     std::string title, row, took;
