@@ -17,7 +17,8 @@ struct Kind {
 };
 constexpr std::array<Kind, 6> kParcels = {{
     {"\x1f\x8b", "is packed by gzip: unpack it first", ".gz"},
-    {"pk\x03\x04", "is a zip archive, as 3MF files are, too: unpack it first", ".zip .npz"},
+    {"pk\x03\x04", "is a zip archive: unpack it first, or, of a 3MF file, save the surface as .obj or .stl",
+     ".zip .npz"},
     {"7z\xbc\xaf\x27", "is a 7z archive: unpack it first", ".7z"},
     {"<!doctype html", "is a web page, not the file that it shows: download that one", ".html"},
     {"<html", "is a web page, not the file that it shows: download that one", ".html"},

@@ -131,7 +131,7 @@ bool is_text_cloud(const std::string& ending) {
 }
 
 /// Refuses a file whose name does not end as one that is read.
-[[noreturn]] void refuse_kind(const fs::path& file) {
+[[noreturn]] void refuse_kind(std::string_view bytes, const fs::path& file) {
   const std::string ending = ending_of(file);
   const std::string read = ".ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd";
   for (const std::string_view other : {".3mf", ".dae", ".fbx", ".amf", ".wrl", ".x3d", ".iv", ".vtk", ".vtp", ".blend",
@@ -141,6 +141,7 @@ bool is_text_cloud(const std::string& ending) {
                                       "programs do",
                                       ending, read));
   }
+  if (const std::string what = other_kind(bytes, ""); !what.empty()) throw FileError(file, what);
   throw FileError(file, "what kind of file is it? Names end in " + read);
 }
 
@@ -182,7 +183,7 @@ PointCloud parse_cloud(std::string_view bytes, const fs::path& file, const Cloud
   } else if (is_mesh_file(file)) {
     mesh = parse_mesh(bytes, file, notes);
   } else {
-    refuse_kind(file);
+    refuse_kind(bytes, file);
   }
   if (mesh) {
     mend_mesh(*mesh, file, notes);

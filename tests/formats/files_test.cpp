@@ -61,7 +61,8 @@ TEST(Files, WhatIsAnotherFileIsNamed) {
     EXPECT_EQ(fault(page), ": is a web page, not the file that it shows: download that one") << page;
   }
   EXPECT_EQ(fault("\x1F\x8B\x08 bytes"), ": is packed by gzip: unpack it first");
-  EXPECT_EQ(fault("PK\x03\x04 bytes"), ": is a zip archive, as 3MF files are, too: unpack it first");
+  EXPECT_EQ(fault("PK\x03\x04 bytes"),
+            ": is a zip archive: unpack it first, or, of a 3MF file, save the surface as .obj or .stl");
   const fs::path page = file.parent_path() / "page.html";  // Its name says so.
   put(page, "<!doctype html>\n");
   EXPECT_EQ(fault_of_reading(page), "");

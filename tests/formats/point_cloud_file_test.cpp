@@ -61,6 +61,7 @@ TEST(PointCloudFile, GoesByTheEndingOfTheName) {
   EXPECT_EQ(fault_of(text, "cube.txt"), "");
   EXPECT_EQ(fault_of(text, "cube.las"),
             "what kind of file is it? Names end in .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd");
+  EXPECT_EQ(fault_of("\x1f\x8b bytes", "cube.obj.gz"), "is packed by gzip: unpack it first");
   EXPECT_EQ(fault_of(text, "cube.3mf"),
             "files of .3mf are not read: save the surface as .ply, .obj, .stl, .off, .glb, .gltf, .xyz or .pcd, as "
             "Blender, MeshLab and CAD programs do");
