@@ -9,8 +9,8 @@ namespace thenar {
 /// A sample's normal is that of the plane through its neighbours, reweighted by their distances from the plane, so that
 /// a sharp edge does not tilt it. The neighbours are those within 3 spacings of the cloud; where these are few, because
 /// the cloud is uneven, within up to 8 times as many. Signs propagate along the spanning tree of least doubt [Hoppe et
-/// al. 1992], by the rule that two neighbours lie on one arc [Koenig & Gumhold 2009], which also carries them round edges
-/// and the rims of thin plates. Each connected part of the surface encloses a positive volume: a cavity's wall is
+/// al. 1992], by the rule that two neighbours lie on one arc [Koenig & Gumhold 2009], which also carries them round
+/// edges and the rims of thin plates. Each connected part of the surface encloses a positive volume: a cavity's wall is
 /// oriented as a body's. Same cloud, same normals.
 /// Throws std::invalid_argument for fewer than two samples, or samples all in one place.
 void estimate_normals(PointCloud& cloud);
