@@ -130,7 +130,9 @@ PointCloud sample_blue_noise(const std::vector<double>& areas_m2, Index count, s
     candidates.points_m.col(drawn) = sample->point_m;
     candidates.normals.col(drawn++) = sample->normal;
   }
-  if (drawn < count) throw std::invalid_argument("nearly all of the surface lies inside of others: unite its parts into one closed surface");
+  if (drawn < count)
+    throw std::invalid_argument(
+        "nearly all of the surface lies inside of others: unite its parts into one closed surface");
   candidates.points_m.conservativeResize(3, drawn);
   candidates.normals.conservativeResize(3, drawn);
   return eliminate(candidates, area_m2 * static_cast<double>(drawn) / static_cast<double>(all), count);

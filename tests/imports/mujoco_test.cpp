@@ -160,9 +160,10 @@ TEST(Mujoco, StringsTouchSurfacesWhereItHasThem) {
     ++touched;
     for (int end = 0; end < 2; ++end) {
       const Map<Vector3d> p(mujoco.data->wrap_xpos + 3 * (mujoco.data->ten_wrapadr[i] + 1 + end));
-      // Through a ring, MuJoCo iterates to 1e-6 of the equation's residual.
+      // Through a ring, MuJoCo iterates to 1e-6 of the equation's residual. Where a string hardly bends, the root of a
+      // difference that is nearly zero says where it touches: half of the digits are left.
       const bool through = (*touch)[0] == (*touch)[1];
-      EXPECT_LT(((*touch)[static_cast<std::size_t>(end)] - p).norm(), through ? 1e-6 : 1e-12) << "string " << i;
+      EXPECT_LT(((*touch)[static_cast<std::size_t>(end)] - p).norm(), through ? 1e-6 : 1e-9) << "string " << i;
     }
   }
   EXPECT_GT(touched, 300);
