@@ -23,7 +23,7 @@ namespace {
 class Neighbours {
  public:
   Neighbours(const PointCloud& cloud, double spacing_m) : spacing_m_(spacing_m), level_(cloud.points_m.cols(), 0) {
-    // An even scan has 28 samples around one, and 14 at a rim.
+    // An even scan has 28 samples around one, and 14 at a rim. Signs need some within 2 spacings.
     constexpr int kFew = 8;
     constexpr std::size_t kLevels = 4;
     grids_.reserve(kLevels);
@@ -42,13 +42,14 @@ class Neighbours {
     }
   }
 
-  [[nodiscard]] double radius_m(Index i) const { return 3.0 * spacing_m_ * std::exp2(level_[i]); }
+  /// `spacings` times the spacing, or, around a sparse sample, 2, 4 or 8 times as much.
+  [[nodiscard]] double radius_m(Index i, double spacings) const { return spacings * spacing_m_ * std::exp2(level_[i]); }
   [[nodiscard]] bool is_sparse(Index i) const { return level_[i] > 0; }
 
-  /// Calls back with each sample within this share of the radius around sample i, and its distance.
+  /// Calls back with each sample within this radius around sample i, 3 spacings at most, and its distance.
   template <typename See>
-  void for_each(Index i, double share, const See& see) const {
-    const double most_m = share * radius_m(i);
+  void for_each(Index i, double spacings, const See& see) const {
+    const double most_m = radius_m(i, spacings);
     grids_[level_[i]].for_each_neighbour(i, [&](Index j, double distance_m) {
       if (distance_m < most_m) see(j, distance_m);
     });
@@ -60,9 +61,15 @@ class Neighbours {
   std::vector<PointGrid> grids_;
 };
 
-/// Estimates the normal, of either sign, of the plane near sample i.
-Vector3d plane_normal(const PointCloud& cloud, const Neighbours& neighbours, Index i) {
-  const double radius_m = neighbours.radius_m(i);
+/// The plane near a sample.
+struct Plane {
+  Vector3d normal = Vector3d::UnitZ();  ///< Of either sign.
+  bool is_one = false;                  ///< The samples lie along a plane, and not along a line.
+};
+
+Plane plane_near(const PointCloud& cloud, const Neighbours& neighbours, Index i) {
+  const double radius_m = neighbours.radius_m(i, 3.0);
+  Plane plane;
   Vector3d n = Vector3d::Zero();
   // The first plane is that of all neighbours; each next one gives less weight to those far from the last.
   for (int pass = 0; pass < 6; ++pass) {
@@ -70,7 +77,7 @@ Vector3d plane_normal(const PointCloud& cloud, const Neighbours& neighbours, Ind
     const double height_m = radius_m * std::max(0.1, 0.5 * std::pow(0.7, pass - 1));
     Matrix3d moments = Matrix3d::Zero();
     double sum = 0.0;
-    neighbours.for_each(i, 1.0, [&](Index j, double distance_m) {
+    neighbours.for_each(i, 3.0, [&](Index j, double distance_m) {
       const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
       const double height = pass == 0 ? 0.0 : step_m.dot(n) / height_m;
       const double near = 1.0 - distance_m * distance_m / (radius_m * radius_m);
@@ -78,11 +85,14 @@ Vector3d plane_normal(const PointCloud& cloud, const Neighbours& neighbours, Ind
       sum += weight;
       moments += weight * step_m * step_m.transpose();
     });
-    if (!(sum > 0.0)) return Vector3d::UnitZ();
+    if (!(sum > 0.0)) return {};
     // The plane passes through the sample, which lies on its own face only: through the mean an edge would be cut.
-    n = Eigen::SelfAdjointEigenSolver<Matrix3d>().computeDirect(moments).eigenvectors().col(0);
+    const auto axes = Eigen::SelfAdjointEigenSolver<Matrix3d>().computeDirect(moments);
+    const Vector3d spread = axes.eigenvalues();
+    if (pass == 0) plane.is_one = 4.0 * spread[0] < spread[1] && 4.0 * spread[1] > spread[2];
+    plane.normal = n = axes.eigenvectors().col(0);
   }
-  return n;
+  return plane;
 }
 
 /// Returns the normal at the other end of the step if both lie on one arc: n mirrored in the plane across the step.
@@ -90,14 +100,15 @@ Vector3d carried(const Vector3d& n, const Vector3d& step_m) {
   return n - 2.0 * n.dot(step_m) / step_m.squaredNorm() * step_m;
 }
 
-/// The samples that are joined to each: those within two thirds of a radius, its own or the other's.
-class Joined {
+/// The samples that pass their signs to each: those within 2 spacings of it, and the sparse ones that have it within
+/// theirs.
+class Links {
  public:
-  explicit Joined(const Neighbours& neighbours, Index count) : neighbours_(neighbours) {
+  explicit Links(const Neighbours& neighbours, Index count) : neighbours_(neighbours) {
     for (Index j = 0; j < count; ++j) {
       if (!neighbours.is_sparse(j)) continue;
       for_each_near(j, [&](Index i) {
-        if (neighbours.radius_m(i) < neighbours.radius_m(j)) by_the_other_[i].push_back(j);
+        if (neighbours.radius_m(i, 2.0) < neighbours.radius_m(j, 2.0)) sparse_near_[i].push_back(j);
       });
     }
   }
@@ -105,29 +116,29 @@ class Joined {
   template <typename See>
   void for_each(Index i, const See& see) const {
     for_each_near(i, see);
-    const auto others = by_the_other_.find(i);
-    if (others != by_the_other_.end()) std::ranges::for_each(others->second, see);
+    const auto others = sparse_near_.find(i);
+    if (others != sparse_near_.end()) std::ranges::for_each(others->second, see);
   }
 
  private:
   template <typename See>
   void for_each_near(Index i, const See& see) const {
-    neighbours_.for_each(i, 2.0 / 3.0, [&](Index j, double) { see(j); });
+    neighbours_.for_each(i, 2.0, [&](Index j, double) { see(j); });
   }
 
   const Neighbours& neighbours_;
-  std::unordered_map<Index, std::vector<Index>> by_the_other_;
+  std::unordered_map<Index, std::vector<Index>> sparse_near_;
 };
 
 /// Gives all samples joined to the start signs that agree with its own, by Prim's algorithm; returns these samples.
-std::vector<Index> spread_sign(PointCloud& cloud, const Joined& joined, Index start, std::vector<char>& reached) {
+std::vector<Index> spread_sign(PointCloud& cloud, const Links& links, Index start, std::vector<char>& reached) {
   using Edge = std::tuple<double, Index, Index>;  // doubt, from, to
   std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges;
   std::vector<Index> part;
   const auto reach = [&](Index i) {
     reached[i] = 1;
     part.push_back(i);
-    joined.for_each(i, [&](Index j) {
+    links.for_each(i, [&](Index j) {
       const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
       if (reached[j] != 0 || !(step_m.squaredNorm() > 0.0)) return;
       edges.emplace(1.0 - std::abs(carried(cloud.normals.col(i), step_m).dot(cloud.normals.col(j))), i, j);
@@ -167,7 +178,8 @@ double share_off_planes(const PointCloud& cloud) {
   Index off = 0, seen = 0;
   for (Index i = 0; i < cloud.points_m.cols(); i += step) {
     ++seen;
-    if (std::abs(plane_normal(cloud, neighbours, i).dot(cloud.normals.col(i))) < std::sqrt(0.5)) ++off;
+    const Plane plane = plane_near(cloud, neighbours, i);
+    if (plane.is_one && std::abs(plane.normal.dot(cloud.normals.col(i))) < std::sqrt(0.5)) ++off;
   }
   return static_cast<double>(off) / static_cast<double>(seen);
 }
@@ -176,12 +188,12 @@ void estimate_normals(PointCloud& cloud) {
   const Index count = cloud.points_m.cols();
   const Neighbours neighbours(cloud, spacing_of(cloud));
   cloud.normals.resize(3, count);
-  for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_normal(cloud, neighbours, i);
-  const Joined joined(neighbours, count);
+  for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_near(cloud, neighbours, i).normal;
+  const Links links(neighbours, count);
   std::vector<char> reached(count, 0);
   for (Index i = 0; i < count; ++i) {
     if (reached[i] != 0) continue;
-    const std::vector<Index> part = spread_sign(cloud, joined, i, reached);
+    const std::vector<Index> part = spread_sign(cloud, links, i, reached);
     if (volume(cloud, part) >= 0.0) continue;
     for (const Index k : part) cloud.normals.col(k) *= -1.0;
   }

@@ -16,7 +16,8 @@ namespace thenar {
 void estimate_normals(PointCloud& cloud);
 
 /// Returns the share of a thousand samples, or of all, whose normals are more than 45 degrees off the plane of their
-/// neighbours, whatever their signs: a few percent at edges, most if they are not the surface's. Throws as above.
+/// neighbours, whatever their signs: a few percent at edges, most if they are not the surface's. Samples along a line,
+/// or to all sides, have no plane, and are never off. Throws as above.
 [[nodiscard]] double share_off_planes(const PointCloud& cloud);
 
 }  // namespace thenar

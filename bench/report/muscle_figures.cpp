@@ -111,7 +111,7 @@ struct Ours {
 std::vector<Ours> our_solvers(Index joints, Index muscles) {
   return {{"active set", true, [](const MuscleProblem& p, VectorXd& f) { return solve_muscle_forces(p, f); }},
           {"Lemke", false,
-           [work = std::make_shared<MuscleWorkspace>(joints, muscles, muscles)](const MuscleProblem& p, VectorXd& f) {
+           [work = std::make_shared<MuscleWorkspace>(joints, muscles)](const MuscleProblem& p, VectorXd& f) {
              return solve_muscle_forces_by_lemke(p, *work, f);
            }}};
 }

@@ -142,7 +142,7 @@ TriangleMesh parse_off(ByteSource& source) {
     }
     expect_none(source, mesh.add_face(std::move(corners)));
   }
-  // Edges, which some programs write, have two corners.
+  // A further face means that the count is wrong; the edges that some programs write have two corners.
   if (const auto words = next_words(source)) {
     const auto count = number_in<std::uint64_t>((*words)[0]);
     if (count && *count > 2 && *count < words->size()) {

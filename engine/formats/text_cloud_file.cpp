@@ -61,8 +61,9 @@ void for_each_part(std::string_view line, char separator, const See& see) {
   }
 }
 
-/// Splits a line of numbers into cells at blanks, commas and semicolons. Nothing between two commas is an empty cell.
-Words cells_of(const ByteSource& source, std::string_view line) {
+/// Splits a line of numbers into cells at blanks, commas and semicolons. Nothing between two commas is an empty cell,
+/// and so is nothing after the last one where the lines before have `width` cells.
+Words cells_of(const ByteSource& source, std::string_view line, std::size_t width) {
   line = line.substr(0, comment_in(line));
   const char separator = separator_of(line);
   if (separator == ' ') return words_of(line);
@@ -77,8 +78,9 @@ Words cells_of(const ByteSource& source, std::string_view line) {
     cells.insert(cells.end(), words.begin(), words.end());
     if (words.empty()) cells.emplace_back();
   });
-  if (cells.back().empty()) cells.pop_back();  // A separator may end the line, too.
-  return std::ranges::all_of(cells, &std::string_view::empty) ? Words{} : cells;
+  if (std::ranges::all_of(cells, &std::string_view::empty)) return {};
+  while (cells.size() > width && cells.back().empty()) cells.pop_back();
+  return cells;
 }
 
 /// A number of a line: nan for an empty cell, and for what Microsoft's libraries wrote for it, "-1.#IND".
@@ -95,7 +97,7 @@ double require_number(const ByteSource& source, std::string_view word) {
 
 /// Tests for a line of no numbers: a title, or a comment.
 bool is_title(std::string_view line) {
-  constexpr std::string_view kBetween = " \t\r\v\f,;";
+  constexpr std::string_view kBetween = " \t\r\v\f,;\"'";
   const std::size_t begin = std::min(line.find_first_not_of(kBetween), line.size());
   const std::string_view first = line.substr(begin, line.find_first_of(kBetween, begin) - begin);
   return !first.empty() && !number_of(first);
@@ -113,17 +115,18 @@ struct Table {
   std::size_t width = 0;                 ///< Values in a line.
   char separator = ' ';                  ///< What stands between them.
   std::vector<std::string_view> titles;  ///< Comments and titles before them.
-  bool has_title = false;                ///< One of them is no comment.
+  int plain_titles = 0;                  ///< Those that are no comments.
   std::optional<std::uint64_t> count;    ///< The number of points, where a line of its own says it.
 };
 
 /// Keeps a line before the first row that has no numbers. A file may have a title, and the names of its columns.
 void take_title(const ByteSource& source, std::string_view line, Table& table) {
-  const bool is_plain = !is_comment(line) && !line.starts_with("sep=");
-  const auto plain = std::ranges::count_if(table.titles, [](std::string_view one) { return !is_comment(one); });
-  if (is_plain && plain == 2) (void)require_number(source, words_of(line).front());
-  table.has_title = table.has_title || is_plain || line.starts_with("//");
-  if (!line.starts_with("sep=")) table.titles.push_back(line);
+  if (line.starts_with("sep=")) {  // So a spreadsheet is told what separates cells.
+    ++table.plain_titles;
+    return;
+  }
+  if (!is_comment(line) && ++table.plain_titles > 2) (void)require_number(source, words_of(line).front());
+  table.titles.push_back(line);
 }
 
 Table read_table(ByteSource& source) {
@@ -134,7 +137,7 @@ Table read_table(ByteSource& source) {
       if (is_first) take_title(source, *line, table);
       continue;
     }
-    const Words words = cells_of(source, *line);
+    const Words words = cells_of(source, *line, table.width);
     if (words.empty()) continue;
     // Files of scanners may have several scans, each counted.
     if (words.size() == 1 && (is_first ? !table.count : table.count.has_value())) {
@@ -159,25 +162,28 @@ Table read_table(ByteSource& source) {
   return table;
 }
 
+std::string_view trimmed(std::string_view word) {
+  constexpr std::string_view kBlanks = " \t\r";
+  const std::size_t begin = std::min(word.find_first_not_of(kBlanks), word.size());
+  return word.substr(begin, word.find_last_not_of(kBlanks) + 1 - begin);
+}
+
 /// A column's name in small letters, without quotation marks and its unit: "X [mm]", "x_mm" and "x" are one.
 std::string plain_name(std::string_view name) {
-  std::string plain = lower_case(unquoted(name.substr(0, name.find_first_of("[("))));
+  name = unquoted(trimmed(name));
+  std::string plain = lower_case(trimmed(name.substr(0, name.find_first_of("[("))));
   std::ranges::replace_if(
       plain, [](char c) { return c == ' ' || c == '\t' || c == '.'; }, '_');
-  const auto trim = [&] {
-    while (plain.ends_with('_') || plain.ends_with('\r')) plain.pop_back();
-  };
-  trim();
   for (const std::string_view unit : {"_mm", "_cm", "_m"}) {
     if (plain.ends_with(unit)) plain.resize(plain.size() - unit.size());
   }
-  trim();
-  return plain.substr(std::min(plain.find_first_not_of('_'), plain.size()));
+  return plain;
 }
 
-/// The names that a title has between its separators.
+/// The names that a title has between its separators, after a word with a colon: "Columns: x y z".
 std::vector<std::string> names_in(std::string_view title, char separator) {
   title = title.substr(std::min(title.find_first_not_of("#/% \t"), title.size()));
+  if (const std::size_t colon = title.rfind(": "); colon != title.npos) title = title.substr(colon + 2);
   std::vector<std::string> names;
   if (separator == ' ') {
     for (const std::string_view word : words_of(title)) names.push_back(plain_name(word));
@@ -232,29 +238,37 @@ std::optional<Columns> named_places(const std::vector<std::string>& names) {
   return named(names, {"", "points", "point_", "pos_", "pos", "position_", "position", "p_", "p", "coord_"});
 }
 
-/// Tests whether a table's first column counts its rows: it has no name often.
-bool counts_rows(const Rows& rows) {
-  for (Index i = 1; i < rows.cols(); ++i) {
-    if (rows(0, i) != rows(0, i - 1) + 1.0) return false;
+/// Tests whether a table's first column numbers its rows. Such a column often has no name.
+bool numbers_rows(const Rows& rows) {
+  for (Index i = 0; i < rows.cols(); ++i) {
+    if (rows(0, i) != std::floor(rows(0, i)) || (i > 0 && !(rows(0, i) > rows(0, i - 1)))) return false;
   }
-  return rows.cols() > 1 && rows(0, 0) == std::floor(rows(0, 0));
+  return true;
 }
 
 /// Returns the names of a table's columns by the last of its titles that names x, y and z; nothing without one. Fails
 /// for a title that names each column, and none of them so.
 std::vector<std::string> names_of(const ByteSource& source, const Table& table, const Rows& rows) {
-  const std::string_view separators = table.separator == ' ' ? "\t ," : table.separator == ';' ? "; ," : ", ;";
+  const bool is_first_unnamed = numbers_rows(rows);
+  std::vector<std::string> others;
   for (auto title = table.titles.rbegin(); title != table.titles.rend(); ++title) {
-    for (const char separator : separators) {
+    for (const char separator : {table.separator, '\t', ' ', ',', ';'}) {
       std::vector<std::string> names = names_in(*title, separator);
-      if (names.size() + 1 == table.width) {
-        names.insert(counts_rows(rows) ? names.begin() : names.end(), "");
+      if (names.size() < 3) continue;
+      while (names.size() > table.width && names.back().empty()) names.pop_back();
+      const bool is_whole = names.size() == table.width;
+      if (names.size() + 1 == table.width && is_first_unnamed) names.insert(names.begin(), "");
+      const auto places = named_places(names);
+      // A title that is shorter may be a sentence.
+      if (places && names.size() <= table.width && (names.size() == table.width || std::ranges::max(*places) < 3)) {
+        return names;
       }
-      if (names.size() <= table.width && named_places(names)) return names;
-      if (names.size() == table.width && table.width > 3 && !is_comment(*title) && separator != ' ') {
-        source.fail(fmt::format("names its columns {}: call three of them x, y and z", fmt::join(names, ", ")));
-      }
+      const bool is_of_rows = separator == table.separator && separator != ' ' && !is_comment(*title);
+      if (is_whole && is_of_rows && table.width > 3) others = names;
     }
+  }
+  if (!others.empty()) {
+    source.fail(fmt::format("names its columns {}: call three of them x, y and z", fmt::join(others, ", ")));
   }
   return {};
 }
@@ -273,10 +287,12 @@ PointCloud cloud_of(const ByteSource& source, const Table& table, Notes& notes) 
   const std::vector<std::string> names = names_of(source, table, rows);
   const Columns places = named_places(names).value_or(Columns{0, 1, 2});
   auto normals = named(names, {"n", "n_", "normal_", "normal", "normals", "normals_"});
-  if (!normals) normals = named(names, "", {"i", "j", "k"});
+  if (const auto ijk = named(names, "", {"i", "j", "k"}); !normals && ijk && (*ijk)[2] == (*ijk)[0] + 2) {
+    if (are_normals(rows, (*ijk)[0])) normals = ijk;  // They may be places in an image, too.
+  }
   const bool is_named = normals.has_value();
-  // Of columns with names only those are normals that are called so.
-  const bool may_be_unnamed = names.size() < table.width || names.back().empty();
+  // Where every column has a name, normals are only those that are called so.
+  const bool may_be_unnamed = names.size() < table.width;
   for (Index first = 3; !is_named && may_be_unnamed && places[2] == 2 && first + 3 <= width && !normals; ++first) {
     if (are_normals(rows, first)) normals = {first, first + 1, first + 2};
   }
@@ -287,10 +303,10 @@ PointCloud cloud_of(const ByteSource& source, const Table& table, Notes& notes) 
   std::string note = "took " + in_words(places) + " for x y z";
   if (normals) {
     note += " and " + in_words(*normals) + " for normals" + (is_named ? "" : ", for they are of unit length");
-  } else if (width == 6 && may_be_unnamed) {
+  } else if (width == 6 && may_be_unnamed && places[2] == 2) {
     note += " and columns 4 to 6 for colours: they are not normals, which have unit length and point to all sides";
   }
-  if (width > 6 || (width > 3 && !normals && !(width == 6 && may_be_unnamed)))
+  if (width > 6 || (width > 3 && !normals && !(width == 6 && may_be_unnamed && places[2] == 2)))
     note += "; the other columns are not read";
   notes.push_back(note);
   return cloud;
@@ -307,7 +323,8 @@ PointCloud parse_xyz(std::string_view bytes, const std::filesystem::path& file, 
   if (table.count && *table.count != points) {
     source.fail(fmt::format("says that it has {} points, and has {}", *table.count, points));
   }
-  if (table.has_title) notes.emplace_back("passed over the line before the points");
+  if (table.plain_titles > 0 || std::ranges::any_of(table.titles, [](auto t) { return t.starts_with("//"); }))
+    notes.emplace_back("passed over the line before the points");
   return cloud_of(source, table, notes);
 }
 

@@ -122,9 +122,9 @@ void deform(const Model& model, const Frame& frame, const ContactKinematics& now
     const Vector3d mean(1.0, pulp.tangential, pulp.tangential);
     work.loads.push_back({c, (frame.softness[k] * (E_F * mean.cwiseProduct(f_i))).cast<float>()});
   }
-  constexpr int kRows = 32;
   Index first = 0;
-  for (; first + kRows <= u.rows(); first += kRows) deform_rows<kRows>(pulp, rho, first, work, u);
+  for (; first + 32 <= u.rows(); first += 32) deform_rows<32>(pulp, rho, first, work, u);
+  for (; first + 8 <= u.rows(); first += 8) deform_rows<8>(pulp, rho, first, work, u);
   for (; first < u.rows(); ++first) deform_rows<1>(pulp, rho, first, work, u);
   for (Index i = 0; i < contacts; ++i) u.row(frame.contacts[begin + i].control_point) = work.u_m.col(i).transpose();
 }

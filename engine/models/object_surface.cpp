@@ -129,7 +129,7 @@ std::string contradiction(const Scene& scene, bool is_estimated, double share) {
 }
 
 /// Leaves out normals that are not those of the surface: a constant, other axes, or values of another kind.
-void leave_out_others(PointCloud& cloud, std::vector<std::string>& notes) {
+void leave_out_wrong_normals(PointCloud& cloud, std::vector<std::string>& notes) {
   constexpr double kMost = 0.4;
   const double share = share_off_planes(cloud);
   if (share <= kMost) return;
@@ -145,7 +145,7 @@ ImplicitSurface make_surface(const Scene& scene, std::vector<std::string>& notes
   tell("the object's samples");
   PointCloud cloud = std::visit(MakeCloud{scene.object.points, notes}, scene.object.shape);
   const auto* const scan = std::get_if<CloudShape>(&scene.object.shape);
-  if (scan != nullptr && !is_mesh_file(scan->file) && cloud.normals.cols() > 0) leave_out_others(cloud, notes);
+  if (scan != nullptr && !is_mesh_file(scan->file) && cloud.normals.cols() > 0) leave_out_wrong_normals(cloud, notes);
   const bool is_estimated = cloud.normals.cols() == 0;
   if (is_estimated) {
     estimate_normals(cloud);

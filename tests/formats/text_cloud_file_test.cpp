@@ -179,9 +179,18 @@ TEST(TextCloudFile, SplitsTitlesAsItsRows) {
       {"id,name,x,y,z", "7,,1,2,3", "took columns 3 to 5 for x y z; the other columns are not read"},
       {"\"x\",\"y\",\"z\"", "\"1\",\"2\",\"3\"", ""},
       {"sep=;\nx;y;z", "1;2;3", ""},
+      {"t,x,y,z,", "0.5,1,2,3,", second},
+      {"\"\",\"x\",\"y\",\"z\"", "7,1,2,3", second},
+      {"\"id\", \"x\", \"y\", \"z\"\r", "0.5, 1, 2, 3\r", second},
+      {"x,y,z,label", "1,2,3,", ""},
+      {"# Columns: x y z", "1 2 3 9 9 9", "took columns 1 to 3 for x y z and columns 4 to 6 for colours"},
+      {"# axes: x y z in mm", "1 2 3 9 9 9", "took columns 1 to 3 for x y z and columns 4 to 6 for colours"},
+      {"time,x,y,z\ns,mm,mm,mm", "0.5,1,2,3", second},
+      {"ball, 25 mm, v2", "1 2 3 0.5", first},
+      {"x,y,z,i,j,k", "1,2,3,40,50,60", first},
       {"Scan of a cup\nx y z", "1 2 3", ""},
       {"x,y,z,u,v,w", "1,2,3,0,0,-1", first},
-      {"x y z i j k", "1 2 3 0 0 -1", "took columns 1 to 3 for x y z and columns 4 to 6 for normals"}};
+      {"x y z i j k", "1 2 3 0 0 -1", ""}};
   for (const Case& c : cases) {
     SCOPED_TRACE(c.title);
     std::string text = c.title + "\n";
@@ -190,11 +199,15 @@ TEST(TextCloudFile, SplitsTitlesAsItsRows) {
     const Read read = read_xyz(text);
     ASSERT_EQ(read.cloud.points_m.cols(), 20);
     EXPECT_EQ(read.cloud.points_m.col(11), c.point);
-    EXPECT_EQ(read.cloud.normals.cols(), c.title.ends_with("k") ? 20 : 0);
+    EXPECT_EQ(read.cloud.normals.cols(), c.title == "x y z i j k" ? 20 : 0);
     EXPECT_NE(read.note.find(c.took), std::string::npos) << read.note;
   }
   EXPECT_EQ(fault_of("t,east,north,up\n0,1,2,3\n"),
             "scan: names its columns t, east, north, up: call three of them x, y and z");
+  const Read missing = read_xyz("1,2,3,5\n1,2,3,\n4,,6,7\n");
+  EXPECT_EQ(missing.cloud.points_m.col(1), Vector3d(1, 2, 3));
+  EXPECT_TRUE(std::isnan(missing.cloud.points_m(1, 2)));
+  EXPECT_EQ(fault_of("40,,\n1,2,3\n"), "scan: says that it has 40 points, and has 1");
   EXPECT_EQ(fault_of("a ball\nof mine\nsince May\n1 2 3\n"), "scan: line 3: 'since' is not a number");
 }
 
