@@ -20,9 +20,9 @@ using Eigen::Vector3d;
 namespace {
 
 /// The samples around each: within 3 spacings, or, where a scan is sparse, within 2, 4 or 8 times as many.
-class Neighbours {
+class LocalSamples {
  public:
-  Neighbours(const PointCloud& cloud, double spacing_m) : spacing_m_(spacing_m), level_(cloud.points_m.cols(), 0) {
+  LocalSamples(const PointCloud& cloud, double spacing_m) : spacing_m_(spacing_m), level_(cloud.points_m.cols(), 0) {
     // An even scan has 28 samples around one, and 14 at a rim. Signs need some within 2 spacings.
     constexpr int kFew = 8;
     constexpr std::size_t kLevels = 4;
@@ -62,14 +62,14 @@ class Neighbours {
 };
 
 /// The plane near a sample.
-struct Plane {
+struct LocalPlane {
   Vector3d normal = Vector3d::UnitZ();  ///< Of either sign.
   bool is_one = false;                  ///< The samples lie along a plane, and not along a line.
 };
 
-Plane plane_near(const PointCloud& cloud, const Neighbours& neighbours, Index i) {
-  const double radius_m = neighbours.radius_m(i, 3.0);
-  Plane plane;
+LocalPlane plane_near(const PointCloud& cloud, const LocalSamples& samples, Index i) {
+  const double radius_m = samples.radius_m(i, 3.0);
+  LocalPlane plane;
   Vector3d n = Vector3d::Zero();
   // The first plane is that of all neighbours; each next one gives less weight to those far from the last.
   for (int pass = 0; pass < 6; ++pass) {
@@ -77,7 +77,7 @@ Plane plane_near(const PointCloud& cloud, const Neighbours& neighbours, Index i)
     const double height_m = radius_m * std::max(0.1, 0.5 * std::pow(0.7, pass - 1));
     Matrix3d moments = Matrix3d::Zero();
     double sum = 0.0;
-    neighbours.for_each(i, 3.0, [&](Index j, double distance_m) {
+    samples.for_each(i, 3.0, [&](Index j, double distance_m) {
       const Vector3d step_m = cloud.points_m.col(j) - cloud.points_m.col(i);
       const double height = pass == 0 ? 0.0 : step_m.dot(n) / height_m;
       const double near = 1.0 - distance_m * distance_m / (radius_m * radius_m);
@@ -102,13 +102,13 @@ Vector3d carried(const Vector3d& n, const Vector3d& step_m) {
 
 /// The samples that pass their signs to each: those within 2 spacings of it, and the sparse ones that have it within
 /// theirs.
-class Links {
+class SignLinks {
  public:
-  explicit Links(const Neighbours& neighbours, Index count) : neighbours_(neighbours) {
+  explicit SignLinks(const LocalSamples& samples, Index count) : samples_(samples) {
     for (Index j = 0; j < count; ++j) {
-      if (!neighbours.is_sparse(j)) continue;
+      if (!samples.is_sparse(j)) continue;
       for_each_near(j, [&](Index i) {
-        if (neighbours.radius_m(i, 2.0) < neighbours.radius_m(j, 2.0)) sparse_near_[i].push_back(j);
+        if (samples.radius_m(i, 2.0) < samples.radius_m(j, 2.0)) sparse_near_[i].push_back(j);
       });
     }
   }
@@ -123,15 +123,15 @@ class Links {
  private:
   template <typename See>
   void for_each_near(Index i, const See& see) const {
-    neighbours_.for_each(i, 2.0, [&](Index j, double) { see(j); });
+    samples_.for_each(i, 2.0, [&](Index j, double) { see(j); });
   }
 
-  const Neighbours& neighbours_;
+  const LocalSamples& samples_;
   std::unordered_map<Index, std::vector<Index>> sparse_near_;
 };
 
 /// Gives all samples joined to the start signs that agree with its own, by Prim's algorithm; returns these samples.
-std::vector<Index> spread_sign(PointCloud& cloud, const Links& links, Index start, std::vector<char>& reached) {
+std::vector<Index> spread_sign(PointCloud& cloud, const SignLinks& links, Index start, std::vector<char>& reached) {
   using Edge = std::tuple<double, Index, Index>;  // doubt, from, to
   std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges;
   std::vector<Index> part;
@@ -173,12 +173,12 @@ double spacing_of(const PointCloud& cloud) {
 }  // namespace
 
 double share_off_planes(const PointCloud& cloud) {
-  const Neighbours neighbours(cloud, spacing_of(cloud));
+  const LocalSamples samples(cloud, spacing_of(cloud));
   const Index step = std::max<Index>(1, cloud.points_m.cols() / 1000);
   Index off = 0, seen = 0;
   for (Index i = 0; i < cloud.points_m.cols(); i += step) {
     ++seen;
-    const Plane plane = plane_near(cloud, neighbours, i);
+    const LocalPlane plane = plane_near(cloud, samples, i);
     if (plane.is_one && std::abs(plane.normal.dot(cloud.normals.col(i))) < std::sqrt(0.5)) ++off;
   }
   return static_cast<double>(off) / static_cast<double>(seen);
@@ -186,10 +186,10 @@ double share_off_planes(const PointCloud& cloud) {
 
 void estimate_normals(PointCloud& cloud) {
   const Index count = cloud.points_m.cols();
-  const Neighbours neighbours(cloud, spacing_of(cloud));
+  const LocalSamples samples(cloud, spacing_of(cloud));
   cloud.normals.resize(3, count);
-  for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_near(cloud, neighbours, i).normal;
-  const Links links(neighbours, count);
+  for (Index i = 0; i < count; ++i) cloud.normals.col(i) = plane_near(cloud, samples, i).normal;
+  const SignLinks links(samples, count);
   std::vector<char> reached(count, 0);
   for (Index i = 0; i < count; ++i) {
     if (reached[i] != 0) continue;

@@ -63,7 +63,7 @@ void for_each_part(std::string_view line, char separator, const See& see) {
 
 /// Splits a line of numbers into cells at blanks, commas and semicolons. Nothing between two commas is an empty cell,
 /// and so is nothing after the last one where the lines before have `width` cells.
-Words cells_of(const ByteSource& source, std::string_view line, std::size_t width) {
+Words row_cells(const ByteSource& source, std::string_view line, std::size_t width) {
   line = line.substr(0, comment_in(line));
   const char separator = separator_of(line);
   if (separator == ' ') return words_of(line);
@@ -137,7 +137,7 @@ Table read_table(ByteSource& source) {
       if (is_first) take_title(source, *line, table);
       continue;
     }
-    const Words words = cells_of(source, *line, table.width);
+    const Words words = row_cells(source, *line, table.width);
     if (words.empty()) continue;
     // Files of scanners may have several scans, each counted.
     if (words.size() == 1 && (is_first ? !table.count : table.count.has_value())) {
@@ -162,18 +162,14 @@ Table read_table(ByteSource& source) {
   return table;
 }
 
-std::string_view trimmed(std::string_view word) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t begin = std::min(word.find_first_not_of(kBlanks), word.size());
-  return word.substr(begin, word.find_last_not_of(kBlanks) + 1 - begin);
-}
-
 /// A column's name in small letters, without quotation marks and its unit: "X [mm]", "x_mm" and "x" are one.
 std::string plain_name(std::string_view name) {
-  name = unquoted(trimmed(name));
-  std::string plain = lower_case(trimmed(name.substr(0, name.find_first_of("[("))));
-  std::ranges::replace_if(
-      plain, [](char c) { return c == ' ' || c == '\t' || c == '.'; }, '_');
+  std::string plain;
+  for (const std::string_view word : words_of(name.substr(0, name.find_first_of("[(")))) {
+    plain += (plain.empty() ? "" : "_") + std::string(word);
+  }
+  plain = lower_case(unquoted(plain));
+  std::ranges::replace(plain, '.', '_');
   for (const std::string_view unit : {"_mm", "_cm", "_m"}) {
     if (plain.ends_with(unit)) plain.resize(plain.size() - unit.size());
   }
