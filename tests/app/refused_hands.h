@@ -76,7 +76,7 @@ inline Refusals refused_hands() {
              "FILE:2: xacro:finger 'thumb': is a macro: expand the file with xacro first"),
       import("a macro within a joint", "thumb=thumb_1", "hand.urdf",
              edited(kUrdf, "<limit lower=\"-0.5\"", "<xacro:place name=\"origin\"/><limit lower=\"-0.5\""),
-             "FILE:4: xacro:place 'origin': is a macro: expand the file with xacro first"),
+             "FILE:6: xacro:place 'origin': is a macro: expand the file with xacro first"),
       import("a fingertip that there is not", "thumb=thum_1,index=index_1", "hand.xml", kMjcf,
              "--tips thumb=thum_1: no body or site of FILE is named 'thum_1', did you mean 'thumb_1'?"),
       {"muscles of a hand without any", "check leap_carry --set control.muscles=true", "", "", 2,
