@@ -13,8 +13,8 @@ import sys
 
 HARMLESS = re.compile(
     # Copies of matrices, in which nothing is computed; sizes of blocks; what ends a memory's life.
-    r"call_dense_assignment_loop<Eigen::Matrix<double, -1, -?1, 0, -1, -?1>, Eigen::Matrix<double, -1, -?1, 0, "
-    r"-1, -?1>, "
+    r"call_dense_assignment_loop<Eigen::Matrix<double, (?:-1|3), -?1, 0, (?:-1|3), -?1>, "
+    r"Eigen::Matrix<double, (?:-1|3), -?1, 0, (?:-1|3), -?1>, "
     r"Eigen::internal::assign_op|DenseStorage<double, -1, -?1, -?1, 0>::DenseStorage\(|evaluateProductBlockingSizesHeuristic|aligned_malloc|>::~(?:gemm_blocking_space|runtime_sized_ringbuffer)\("
     r"|"
     # Products of run-time size, of which the analysis of the sampled pose loop consists; ticks have lazy products.
