@@ -97,7 +97,7 @@ double require_number(const ByteSource& source, std::string_view word) {
 
 /// Tests for a line of no numbers: a title, or a comment.
 bool is_title(std::string_view line) {
-  constexpr std::string_view kBetween = " \t\r\v\f,;\"'";
+  constexpr std::string_view kBetween = " \t\r\n\v\f,;\"'";
   const std::size_t begin = std::min(line.find_first_not_of(kBetween), line.size());
   const std::string_view first = line.substr(begin, line.find_first_of(kBetween, begin) - begin);
   return !first.empty() && !number_of(first);

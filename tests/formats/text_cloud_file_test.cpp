@@ -208,6 +208,7 @@ TEST(TextCloudFile, SplitsTitlesAsItsRows) {
   EXPECT_EQ(missing.cloud.points_m.col(1), Vector3d(1, 2, 3));
   EXPECT_TRUE(std::isnan(missing.cloud.points_m(1, 2)));
   EXPECT_EQ(fault_of("40,,\n1,2,3\n"), "scan: says that it has 40 points, and has 1");
+  EXPECT_EQ(read_xyz("a\r\r b\r\n\r\n\r1 2 3\r").cloud.points_m.cols(), 1) << "lines that end by \\r alone";
   EXPECT_EQ(fault_of("a ball\nof mine\nsince May\n1 2 3\n"), "scan: line 3: 'since' is not a number");
 }
 
