@@ -1,8 +1,12 @@
 #include "engine/grasp/contact_kinematics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
+#include "engine/grasp/contact_gaps.h"
+#include "engine/grasp/lanes.h"
 #include "engine/grasp/object_compliance.h"
 
 namespace thenar {
@@ -94,10 +98,6 @@ ContactAxes lean(const FrameContact& contact, const Matrix3d& R_FO, double last_
 
 }  // namespace
 
-ContactGap gap_at(const Model& model, const FrameContact& contact, const Isometry3d& X_FO, const State& state) {
-  return contact_gap(contact, X_FO, displacement(state, contact), object_displacement(model, state, contact));
-}
-
 void place_bodies(const Model& model, const HandPose& pose, const State& state, ContactKinematics& kinematics) {
   kinematics.X_WO = state.X_WO;
   for (int k = 0; k < model.fingers(); ++k) {
@@ -105,16 +105,20 @@ void place_bodies(const Model& model, const HandPose& pose, const State& state, 
   }
 }
 
-void find_gaps(const Model& model, const Frame& frame, const State& state, ContactKinematics& kinematics) {
+[[gnu::flatten]] void find_gaps(const Model& model, const Frame& frame, const State& state,
+                                ContactKinematics& kinematics) {
   object_displacements(model, frame, state, kinematics.u_O);
-  // Each of these waits for roots and quotients of its own, but for no other one's.
-  for (Index i = 0; i < frame.size(); ++i) {
-    const FrameContact& contact = frame.contacts[i];
-    ContactPoint& point = kinematics.points[i];
-    point.u_F = displacement(state, contact);
-    point.u_O = model.soft_object() ? Vector3d(kinematics.u_O.row(i)) : Vector3d::Zero();
-    point.gap = contact_gap(contact, kinematics.X_FO[contact.finger], point.u_F, point.u_O);
-  }
+  for_each_block(frame.contacts, [&](Index first, std::span<const FrameContact> block) {
+    lanes::Vector u_O = {};
+    for (int lane = 0; lane < std::ssize(block) && model.soft_object(); ++lane) {
+      lanes::set(u_O, lane, kinematics.u_O.row(first + lane));
+    }
+    const ContactGaps gaps = contact_gaps(block, kinematics.X_FO[block.front().finger], state, u_O);
+    for (int lane = 0; lane < std::ssize(block); ++lane) {
+      kinematics.points[first + lane] = {
+          lanes::get(gaps.u_F, lane), lanes::get(u_O, lane), {gaps.gap_m[lane], lanes::get(gaps.n_F, lane)}};
+    }
+  });
 }
 
 void contact_kinematics(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
@@ -124,58 +128,106 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
   find_jacobians(model, frame, pose, state, kinematics);
 }
 
-void find_jacobians(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
-                    ContactKinematics& kinematics) {
-  for (int k = 0; k < model.fingers(); ++k) {
-    const Fingertip& tip = model.scene.hand.fingertips[k];
-    const Isometry3d& X_WF = pose.distal(model.scene.hand, k);
-    for (Index i = frame.begin[k]; i < frame.begin[k + 1]; ++i) {
-      const FrameContact& contact = frame.contacts[i];
-      const ContactPoint& point = kinematics.points[i];
-      const bool fades = contact.fades();
-      ContactAxes axes;
-      if (fades) {
-        axes = lean(contact, kinematics.X_FO[k].linear(), last_normal_N(state, contact), kinematics, i);
-      } else {
-        kinematics.gap_m[i] = point.gap.gap_m;
-        kinematics.gap_unit[i] = 1.0;
-        axes.of_gap = axes_of(point.gap.n_F, contact.E_F.col(1));
-      }
-      const Matrix3d& E_F = fades ? axes.of_pulp : axes.of_gap;
-      const Matrix3d E_W = X_WF.linear() * axes.of_gap;
-      const Vector3d c_W = X_WF * (contact.p_F - point.u_F) + kinematics.gap_m[i] * E_W.col(0);
-      const Vector3d r = c_W - state.X_WO.translation();
-      kinematics.E_F[i] = E_F;
-      kinematics.E_W[i] = E_W;
-      if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = E_F.transpose();
-      if (model.soft_object()) {
-        const Matrix3d E_O = state.X_WO.linear().transpose() * (X_WF.linear() * (fades ? axes.of_object : axes.of_gap));
-        kinematics.E_O[i] = E_O;
-        kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
-        kinematics.u_object_m.col(i) = E_O.transpose() * point.u_O;
-      }
-      kinematics.c_W[i] = c_W;
-      Eigen::Matrix<double, 3, 4> J;
-      if (tip.followers > 0 || model.scene.hand.slides) {
-        J = finger_jacobian(model.scene.hand, pose, k, c_W).leftCols<4>();
-      } else {
-        for (int j = 0; j < 4; ++j) {
-          J.col(j) = j < tip.joints ? joint_column(pose, tip.first_joint + j, c_W) : Vector3d(Vector3d::Zero());
-        }
-      }
-      kinematics.J_finger.middleRows<3>(3 * i).noalias() = -E_W.transpose() * J;
-      if (kinematics.J_fifth.size() > 0) {
-        const Vector3d fifth =
-            tip.joints > 4 ? Vector3d(finger_jacobian(model.scene.hand, pose, k, c_W).col(4)) : Vector3d::Zero();
-        kinematics.J_fifth.segment<3>(3 * i) = -E_W.transpose() * fifth;
-      }
-      for (int axis = 0; axis < 3; ++axis) {
-        auto row = kinematics.J_object.row(3 * i + axis);
-        row.head<3>() = E_W.col(axis).transpose();
-        row.segment<3>(3) = r.cross(E_W.col(axis)).transpose();
-      }
+namespace {
+
+/// The axes of up to four contacts: see ContactAxes.
+struct LaneAxes {
+  lanes::Axes of_gap;  ///< Distal frame.
+  lanes::Real gap_m;   ///< In their units.
+};
+
+/// Finds the axes of `count` contacts from `first` on, and sets those that the pulp's u has.
+LaneAxes find_axes(const Model& model, const Frame& frame, const Isometry3d& X_FO, const State& state, Index first,
+                   int count, ContactKinematics& kinematics) {
+  const auto gap = [&](int lane) -> const ContactGap& {
+    return kinematics.points[first + std::min(lane, count - 1)].gap;
+  };
+  const auto tangent = [&](int lane) { return frame.contacts[first + std::min(lane, count - 1)].E_F.col(1); };
+  LaneAxes axes{
+      lanes::axes_of(lanes::gather([&](int lane) -> const Vector3d& { return gap(lane).n_F; }), lanes::gather(tangent)),
+      lanes::gather_numbers([&](int lane) { return gap(lane).gap_m; })};
+  for (int lane = 0; lane < count; ++lane) {
+    kinematics.gap_m[first + lane] = axes.gap_m[lane];
+    kinematics.gap_unit[first + lane] = 1.0;
+  }
+  lanes::write(axes.of_gap, count, kinematics.E_F[first].data());
+  if (model.deformable()) lanes::write(axes.of_gap, count, kinematics.pulp_axes.row(3 * first).data());
+  for (int lane = 0; lane < count; ++lane) {
+    const Index i = first + lane;
+    const FrameContact& contact = frame.contacts[i];
+    const Matrix3d* of_object = &kinematics.E_F[i];
+    ContactAxes leaning;
+    if (contact.fades()) {
+      leaning = lean(contact, X_FO.linear(), last_normal_N(state, contact), kinematics, i);
+      axes.gap_m[lane] = kinematics.gap_m[i];
+      for (int k = 0; k < 3; ++k) lanes::set(axes.of_gap[k], lane, leaning.of_gap.col(k));
+      kinematics.E_F[i] = leaning.of_pulp;
+      if (model.deformable()) kinematics.pulp_axes.middleRows<3>(3 * i) = leaning.of_pulp.transpose();
+      of_object = &leaning.of_object;
+    }
+    if (model.soft_object()) {
+      const Matrix3d& E_O = kinematics.E_O[i] = X_FO.linear().transpose() * *of_object;
+      kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
+      kinematics.u_object_m.col(i) = E_O.transpose() * kinematics.points[i].u_O;
     }
   }
+  return axes;
+}
+
+/// J_k of points c, in each lane: columns.
+std::array<lanes::Vector, GroupedDelassus::kOwn> joint_columns(const Hand& hand, const HandPose& pose, int k,
+                                                               const lanes::Vector& c_W) {
+  const Fingertip& tip = hand.fingertips[k];
+  std::array<lanes::Vector, GroupedDelassus::kOwn> J;
+  if (tip.followers > 0 || hand.slides) {
+    for (int lane = 0; lane < lanes::kLanes; ++lane) {
+      const FingerJacobian of_lane = finger_jacobian(hand, pose, k, lanes::get(c_W, lane));
+      for (int j = 0; j < GroupedDelassus::kOwn; ++j) lanes::set(J[j], lane, of_lane.col(j));
+    }
+    return J;
+  }
+  for (int j = 0; j < GroupedDelassus::kOwn; ++j) {
+    const int joint = tip.first_joint + j;
+    J[j] = j < tip.joints ? lanes::cross(pose.axis[joint], lanes::minus(c_W, pose.origin_m[joint])) : lanes::Vector{};
+  }
+  return J;
+}
+
+}  // namespace
+
+[[gnu::flatten]] void find_jacobians(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
+                                     ContactKinematics& kinematics) {
+  const Hand& hand = model.scene.hand;
+  for_each_block(frame.contacts, [&](Index first, std::span<const FrameContact> block) {
+    const int k = block.front().finger, count = static_cast<int>(std::ssize(block));
+    const Isometry3d& X_WF = pose.distal(hand, k);
+    const LaneAxes axes = find_axes(model, frame, kinematics.X_FO[k], state, first, count, kinematics);
+    lanes::Vector c_W = lanes::product(X_WF.linear(), lanes::gather([&](int lane) -> Vector3d {
+                                         const int of = std::min(lane, count - 1);
+                                         return block[of].p_F - kinematics.points[first + of].u_F;
+                                       }));
+    lanes::Axes E_W;
+    for (int axis = 0; axis < 3; ++axis) E_W[axis] = lanes::product(X_WF.linear(), axes.of_gap[axis]);
+    for (int r = 0; r < 3; ++r) c_W[r] += X_WF.translation()[r] + axes.gap_m * E_W[0][r];
+    lanes::write(E_W, count, kinematics.E_W[first].data());
+    lanes::write(c_W, count, kinematics.c_W[first].data(), 3);
+
+    const auto J = joint_columns(hand, pose, k, c_W);
+    const lanes::Vector r = lanes::minus(c_W, state.X_WO.translation());
+    for (int axis = 0; axis < 3; ++axis) {
+      const lanes::Vector &e = E_W[axis], turn = lanes::cross(r, e);
+      lanes::write(std::array{-lanes::dot(e, J[0]), -lanes::dot(e, J[1]), -lanes::dot(e, J[2]), -lanes::dot(e, J[3])},
+                   count, kinematics.J_finger.row(3 * first + axis).data(), 3 * GroupedDelassus::kOwn);
+      lanes::write(std::array{e[0], e[1], e[2], turn[0], turn[1], turn[2], lanes::Real{}, lanes::Real{}}, count,
+                   kinematics.J_object.row(3 * first + axis).data(), 3 * GroupedDelassus::kPadded);
+    }
+    for (Index i = first; i < first + count && kinematics.J_fifth.size() > 0; ++i) {
+      const Vector3d fifth = hand.fingertips[k].joints > 4
+                                 ? Vector3d(finger_jacobian(hand, pose, k, kinematics.c_W[i]).col(4))
+                                 : Vector3d::Zero();
+      kinematics.J_fifth.segment<3>(3 * i) = -kinematics.E_W[i].transpose() * fifth;
+    }
+  });
 }
 
 }  // namespace thenar

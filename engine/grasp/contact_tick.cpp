@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/grasp/acting_muscles.h"
+#include "engine/grasp/contact_gaps.h"
 #include "engine/grasp/environment_tick.h"
 #include "engine/grasp/handover.h"
 #include "engine/grasp/object_compliance.h"
@@ -167,10 +168,10 @@ SolveReport find_forces(const Model& model, const Frame& frame, const GroupedDel
 /// from.
 void report_left_out(const Model& model, const Frame& frame, const ContactKinematics& kinematics, const State& state,
                      TickReport& report) {
-  for (const FrameContact& point : frame.left_out) {
-    const double gap_m = gap_at(model, point, kinematics.X_FO[point.finger], state).gap_m;
+  for_each_gap(model, frame.left_out, kinematics.X_FO, state, [&](Index i, double gap_m) {
+    const FrameContact& point = frame.left_out[i];
     report.left_out_m[point.finger] = std::max(report.left_out_m[point.finger], -point.covered * gap_m);
-  }
+  });
   for (const double depth_m : report.left_out_m) report.penetration_m = std::max(report.penetration_m, depth_m);
 }
 

@@ -1,7 +1,9 @@
 #include "engine/grasp/frame.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+
+#include "engine/grasp/local_torus.h"
 
 namespace thenar {
 
@@ -9,24 +11,6 @@ using Eigen::Index;
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-namespace {
-
-/// How a point stands to a circle of curvature k that goes through the origin, from which it is `over_m` above the
-/// tangent and off the normal by a length with this square: (R + gap)^2 = (R + over)^2 + off^2, solved for the gap
-/// without a difference of large numbers.
-struct OverCircle {
-  OverCircle(double k_per_m, double over_m, double off_m2) {
-    constexpr double kLeast = 1e-12;  // At the centre there is no normal.
-    const double a = 2.0 * over_m + k_per_m * (over_m * over_m + off_m2);
-    root = std::sqrt(std::max(kLeast, 1.0 + k_per_m * a));
-    gap_m = a / (1.0 + root);
-  }
-  double root;  ///< Its distance from the circle's centre, in radii.
-  double gap_m;
-};
-
-}  // namespace
 
 Matrix3d contact_frame(const Vector3d& pulp_normal, const Vector3d& n_F) {
   const Vector3d t = pulp_normal.unitOrthogonal();
@@ -55,29 +39,15 @@ Matrix3d axes_of(const Vector3d& n, const Vector3d& t1) {
 ContactGap contact_gap(const FrameContact& contact, const Isometry3d& X_FO, const Vector3d& u_F, const Vector3d& u_O) {
   // From the finger point to the surface point.
   const Vector3d way = contact.s_O + u_O - X_FO.linear().transpose() * (contact.p_F - u_F - X_FO.translation());
-  const double k_ring = contact.ring_curvature_per_m, k_tube = contact.curvature_per_m;
   if (contact.fades()) {
     const Vector3d n_F = X_FO.linear() * contact.n_O;
     return {contact.n_O.dot(way) + (contact.press * contact.E_F.col(0) - n_F).dot(u_F), n_F};
   }
-  const double over = contact.n_O.dot(way);
-  if (k_tube == 0.0) return {over, X_FO.linear() * contact.n_O};
-  // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane
-  // of m and t the tube is one.
-  const double along = contact.t_O.dot(way);
-  double gap_m = over;
-  Vector3d m = contact.n_O;
-  if (k_ring != 0.0) {
-    const Vector3d across = way - over * contact.n_O - along * contact.t_O;
-    const OverCircle ring(k_ring, over, across.squaredNorm());
-    gap_m = ring.gap_m;
-    const double part = 1.0 / ring.root;
-    m = part * (1.0 + k_ring * over) * contact.n_O + part * k_ring * across;
-  }
-  const OverCircle tube(k_tube, gap_m, along * along);
-  const double part = 1.0 / tube.root;
-  const Vector3d n_O = part * (1.0 + k_tube * gap_m) * m + part * k_tube * along * contact.t_O;
-  return {tube.gap_m, X_FO.linear() * n_O};
+  const auto numbers = [](const Vector3d& v) { return lanes::VectorOf<double>{v[0], v[1], v[2]}; };
+  const auto [gap_m, n_O] = gap_to(LocalTorus<double>{numbers(contact.n_O), numbers(contact.t_O),
+                                                      contact.curvature_per_m, contact.ring_curvature_per_m},
+                                   numbers(way));
+  return {gap_m, X_FO.linear() * Vector3d(n_O[0], n_O[1], n_O[2])};
 }
 
 double area_of(const Model& model, const FrameContact& contact) {

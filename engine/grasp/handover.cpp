@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "engine/grasp/contact_gaps.h"
 #include "engine/grasp/contact_kinematics.h"
 #include "engine/grasp/object_compliance.h"
 
@@ -77,10 +78,8 @@ double hand_over(const Model& model, const Frame& frame, State& state, ContactMe
   });
   if (memory.policy.offset_decay_s > 0.0) {
     // The old gaps, with the old loads on a soft object.
-    for (Index i = 0; i < std::ssize(memory.contacts); ++i) {
-      const FrameContact& contact = memory.contacts[i];
-      memory.offset_m[i] += gap_at(model, contact, work.kinematics.X_FO[contact.finger], state).gap_m;
-    }
+    for_each_gap(model, memory.contacts, work.kinematics.X_FO, state,
+                 [&](Index i, double gap_m) { memory.offset_m[i] += gap_m; });
   }
   carry_loads(model, frame, state);
   find_gaps(model, frame, state, work.kinematics);
