@@ -55,10 +55,6 @@ struct ContactKinematics {
   Eigen::Matrix3Xd u_object_m;           ///< u_o in contact rows; 3 x capacity.
 };
 
-/// Computes the gap of a contact at a state, of this frame or another, with the object at X_FO.
-[[nodiscard]] ContactGap gap_at(const Model& model, const FrameContact& contact, const Eigen::Isometry3d& X_FO,
-                                const State& state);
-
 /// Sets the poses of the bodies from the state and the pose of its hand.
 void place_bodies(const Model& model, const HandPose& pose, const State& state, ContactKinematics& kinematics);
 /// Finds u and gap of each contact, for bodies that have been placed.
