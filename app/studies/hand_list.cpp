@@ -75,9 +75,9 @@ std::string muscles_text(const Hand& hand) {
   return text;
 }
 
-std::string opposition_text(const Hand& hand, const std::vector<Opposition>& pairs) {
+std::string opposition_text(const Hand& hand, const std::vector<FacingFingers>& pairs) {
   std::string text = "\nfingers whose pulps can face each other, and the width between them, mm\n";
-  for (const Opposition& pair : pairs) {
+  for (const FacingFingers& pair : pairs) {
     text += fmt::format("  {:<24}{:>5.0f} .. {:.0f}\n",
                         hand.fingertips[pair.one].finger + " and " + hand.fingertips[pair.other].finger,
                         std::floor(1e3 * pair.least_m), 1e3 * pair.most_m);
@@ -86,10 +86,10 @@ std::string opposition_text(const Hand& hand, const std::vector<Opposition>& pai
   return text;
 }
 
-std::vector<std::string> hand_warnings(const Hand& hand, const std::vector<Opposition>& pairs) {
+std::vector<std::string> hand_warnings(const Hand& hand, const std::vector<FacingFingers>& pairs) {
   std::vector<std::string> warnings;
   const std::string& first = hand.fingertips.front().finger;
-  const bool first_opposes = std::ranges::any_of(pairs, [](const Opposition& pair) { return pair.one == 0; });
+  const bool first_opposes = std::ranges::any_of(pairs, [](const FacingFingers& pair) { return pair.one == 0; });
   if (hand.fingers() == 1) {
     warnings.emplace_back("it has one finger, which can press but hold nothing");
   } else if (pairs.empty()) {
@@ -115,7 +115,7 @@ std::string hand_list(const Hand& hand, const std::string& name) {
                                  counted(std::ssize(hand.muscles), "muscle"));
   for (const Fingertip& tip : hand.fingertips) text += finger_text(hand, tip);
   text += muscles_text(hand);
-  const std::vector<Opposition> pairs = find_oppositions(hand);
+  const std::vector<FacingFingers> pairs = find_oppositions(hand);
   text += opposition_text(hand, pairs);
   const std::vector<std::string> warnings = hand_warnings(hand, pairs);
   if (!warnings.empty()) text += "\nwarnings\n";

@@ -111,9 +111,9 @@ TriangleMesh geodesic_sphere(Index n) {
     }
   }
   TriangleMesh mesh{Matrix3Xd(3, std::ssize(corners)), Eigen::Matrix3Xi(3, std::ssize(triangles))};
-  for (Index i = 0; i < mesh.corners_m.cols(); ++i) mesh.corners_m.col(i) = corners[i];
+  for (Index i = 0; i < mesh.vertices_m.cols(); ++i) mesh.vertices_m.col(i) = corners[i];
   for (Index i = 0; i < mesh.triangles.cols(); ++i) mesh.triangles.col(i) = triangles[i];
-  if (mesh.corners_m.cols() != 10 * n * n + 2) throw std::logic_error("geodesic_sphere: corners do not meet");
+  if (mesh.vertices_m.cols() != 10 * n * n + 2) throw std::logic_error("geodesic_sphere: corners do not meet");
   return mesh;
 }
 
@@ -137,7 +137,7 @@ KnownObject known_box(Index n) {
     for (Index i = 0; i <= n; ++i) {
       for (Index j = 0; j <= n; ++j) {
         const auto at_u = static_cast<double>(i), at_v = static_cast<double>(j);
-        place(box.mesh.corners_m.col(corner++), at_u, at_v);
+        place(box.mesh.vertices_m.col(corner++), at_u, at_v);
         if (i == n || j == n) continue;
         place(box.cloud.points_m.col(sample), at_u + random.uniform(0.2, 0.8), at_v + random.uniform(0.2, 0.8));
         box.cloud.normals(axis, sample++) = side;
@@ -153,7 +153,7 @@ KnownObject known_box(Index n) {
 KnownObject known_scan(Index n) {
   const BumpyEllipsoid exact;
   KnownObject scan{"scan", {}, geodesic_sphere(n), [exact](const Vector3d& p) { return exact.distance_m(p); }, {}};
-  Matrix3Xd& corners = scan.mesh.corners_m;
+  Matrix3Xd& corners = scan.mesh.vertices_m;
   scan.cloud.normals.resize(3, corners.cols());
   const double spacing = 1.1 / static_cast<double>(n);  // on the unit sphere
   Random random(1);
@@ -169,9 +169,9 @@ KnownObject known_scan(Index n) {
 KnownObject known_ball(Index n) {
   constexpr double kRadius_m = 20e-3;
   KnownObject ball{"ball", {}, geodesic_sphere(n), [](const Vector3d& p) { return p.norm() - kRadius_m; }, {}};
-  ball.cloud.normals = ball.mesh.corners_m;
-  ball.mesh.corners_m *= kRadius_m;
-  ball.cloud.points_m = ball.mesh.corners_m;
+  ball.cloud.normals = ball.mesh.vertices_m;
+  ball.mesh.vertices_m *= kRadius_m;
+  ball.cloud.points_m = ball.mesh.vertices_m;
   return ball;
 }
 

@@ -10,14 +10,9 @@
 #include <vector>
 
 #include "collision/point_cloud.h"
+#include "collision/triangles.h"
 
 namespace thenar {
-
-/// A closed surface of triangles, counter-clockwise from outside.
-struct TriangleMesh {
-  Eigen::Matrix3Xd corners_m;
-  Eigen::Matrix3Xi triangles;
-};
 
 /// An icosahedron whose edges are cut into n parts, pushed out to the unit sphere: 10 n^2 + 2 corners.
 [[nodiscard]] TriangleMesh geodesic_sphere(Eigen::Index n);

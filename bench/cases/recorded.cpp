@@ -40,7 +40,7 @@ struct TemporaryFolder {
 };
 
 /// Reads back the problems in a folder.
-void read_problems(const fs::path& folder, RecordedRun& run) {
+void read_problems(const fs::path& folder, RecordedProblems& run) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry);
   std::sort(files.begin(), files.end());
@@ -77,12 +77,12 @@ RecordedTicks::RecordedTicks(Index asked, ProblemDump* dump) : model(build_model
   }
 }
 
-const RecordedRun& recorded_run(Index contacts) {
-  static std::map<Index, RecordedRun> runs;
+const RecordedProblems& recorded_run(Index contacts) {
+  static std::map<Index, RecordedProblems> runs;
   if (const auto at = runs.find(contacts); at != runs.end()) return at->second;
   const TemporaryFolder folder;
   ProblemDump dump(folder.path, 1);
-  RecordedRun run{RecordedTicks(contacts, &dump), {}, {}, {}};
+  RecordedProblems run{RecordedTicks(contacts, &dump), {}, {}, {}};
   read_problems(folder.path, run);
   return runs.emplace(contacts, std::move(run)).first->second;
 }

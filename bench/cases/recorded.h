@@ -35,13 +35,13 @@ struct RecordedTicks {
 
 /// With its problems, which have been through files, as `thenar run --dump-problems` writes them: what is timed is what
 /// anyone can solve again.
-struct RecordedRun : RecordedTicks {
+struct RecordedProblems : RecordedTicks {
   std::vector<ContactFile> contacts;
   std::vector<GraspFile> grasps;
   std::vector<MuscleFile> muscles;
 };
 
 /// The run with so many contacts, recorded once.
-[[nodiscard]] const RecordedRun& recorded_run(Eigen::Index contacts);
+[[nodiscard]] const RecordedProblems& recorded_run(Eigen::Index contacts);
 
 }  // namespace thenar

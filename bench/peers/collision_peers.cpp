@@ -102,7 +102,7 @@ std::vector<double> numbers(const Matrix3Xd& m) { return {m.data(), m.data() + m
 std::vector<int> numbers(const Eigen::Matrix3Xi& m) { return {m.data(), m.data() + m.size()}; }
 
 std::shared_ptr<FclScene> fcl_scene(const TriangleMesh& mesh) {
-  return std::make_shared<FclScene>(numbers(mesh.corners_m), numbers(mesh.triangles));
+  return std::make_shared<FclScene>(numbers(mesh.vertices_m), numbers(mesh.triangles));
 }
 
 FindingMethod fcl_distances(const KnownObject& object, const Matrix3Xd& controls_m, const GripTask& task) {
@@ -110,8 +110,8 @@ FindingMethod fcl_distances(const KnownObject& object, const Matrix3Xd& controls
   method.lacks = "the sign (no depth), normals, which points are pressed in deeper than the band";
   method.is_signed = false;
   auto scene = made_ready(method, [&] { return fcl_scene(object.mesh); });
-  const Eigen::AlignedBox3d bounds(Vector3d(object.mesh.corners_m.rowwise().minCoeff()),
-                                   Vector3d(object.mesh.corners_m.rowwise().maxCoeff()));
+  const Eigen::AlignedBox3d bounds(Vector3d(object.mesh.vertices_m.rowwise().minCoeff()),
+                                   Vector3d(object.mesh.vertices_m.rowwise().maxCoeff()));
   method.find = [=](const Grip& grip, std::vector<FoundContact>& found) {
     for (const Isometry3d& X : grip) {
       const auto distance = [&](const Vector3d& p) -> std::optional<SurfaceDistance> {
@@ -159,8 +159,8 @@ FindingMethod fcl_meshes(const KnownObject& object, const Matrix3Xd&, const Grip
   method.lacks = "gaps before contact, and the pressed patch: only where the two surfaces cut each other";
   auto scene = made_ready(method, [&] { return fcl_scene(object.mesh); });
   TriangleMesh pulp = geodesic_sphere(kFrequency);
-  pulp.corners_m *= kPulpRadius_m;
-  scene->set_finger(numbers(pulp.corners_m), numbers(pulp.triangles));
+  pulp.vertices_m *= kPulpRadius_m;
+  scene->set_finger(numbers(pulp.vertices_m), numbers(pulp.triangles));
   method.find = fcl_collisions(scene);
   return method;
 }
@@ -180,7 +180,8 @@ struct BulletScene {
   explicit BulletScene(const TriangleMesh& m) {
     for (Index i = 0; i < m.triangles.cols(); ++i) {
       const Eigen::Vector3i t = m.triangles.col(i);
-      triangles.addTriangle(in_mm(m.corners_m.col(t[0])), in_mm(m.corners_m.col(t[1])), in_mm(m.corners_m.col(t[2])));
+      triangles.addTriangle(in_mm(m.vertices_m.col(t[0])), in_mm(m.vertices_m.col(t[1])),
+                            in_mm(m.vertices_m.col(t[2])));
     }
     mesh = std::make_unique<btBvhTriangleMeshShape>(&triangles, true);
     mesh->setMargin(0.0);

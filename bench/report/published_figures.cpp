@@ -106,7 +106,7 @@ void solve_grasp(GraspProblem pyramid, GraspWorkspace& work, Solves& by_lemke, S
 
 /// All methods on each recorded problem in turn.
 SmallProblems solve_small_problems(int rounds) {
-  const RecordedRun& run = recorded_run(60);
+  const RecordedProblems& run = recorded_run(60);
   SmallProblems all;
   GraspWorkspace lemke;
   for (int round = 0; round < rounds; ++round) {

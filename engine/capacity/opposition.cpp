@@ -48,15 +48,16 @@ std::vector<std::vector<Pad>> sample_pads(const Hand& hand) {
   return pads;
 }
 
-std::optional<Opposition> find_opposition(const std::vector<Pad>& one, const std::vector<Pad>& other, double radii_m) {
+std::optional<FacingFingers> find_opposition(const std::vector<Pad>& one, const std::vector<Pad>& other,
+                                             double radii_m) {
   const double facing = std::cos(std::numbers::pi / 6.0);
-  std::optional<Opposition> found;
+  std::optional<FacingFingers> found;
   for (const Pad& a : one) {
     for (const Pad& b : other) {
       const Vector3d apart = b.centre_m - a.centre_m;
       const double distance = apart.norm(), gap = distance - radii_m;
       if (gap < 0.0 || a.normal.dot(apart) < facing * distance || -b.normal.dot(apart) < facing * distance) continue;
-      if (!found) found = Opposition{0, 0, gap, gap};
+      if (!found) found = FacingFingers{0, 0, gap, gap};
       found->least_m = std::min(found->least_m, gap);
       found->most_m = std::max(found->most_m, gap);
     }
@@ -66,13 +67,13 @@ std::optional<Opposition> find_opposition(const std::vector<Pad>& one, const std
 
 }  // namespace
 
-std::vector<Opposition> find_oppositions(const Hand& hand) {
+std::vector<FacingFingers> find_oppositions(const Hand& hand) {
   const std::vector<std::vector<Pad>> pads = sample_pads(hand);
-  std::vector<Opposition> all;
+  std::vector<FacingFingers> all;
   for (int i = 0; i < hand.fingers(); ++i) {
     for (int j = i + 1; j < hand.fingers(); ++j) {
       const auto thick_m = [&](int k) { return extent_m(hand.fingertips[k], hand.fingertips[k].normal); };
-      std::optional<Opposition> found = find_opposition(pads[i], pads[j], thick_m(i) + thick_m(j));
+      std::optional<FacingFingers> found = find_opposition(pads[i], pads[j], thick_m(i) + thick_m(j));
       if (!found) continue;
       found->one = i;
       found->other = j;

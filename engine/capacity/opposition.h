@@ -7,7 +7,7 @@
 namespace thenar {
 
 /// Two fingers whose pulps can face each other, with the range of widths between them.
-struct Opposition {
+struct FacingFingers {
   int one = 0, other = 0;              ///< Fingers, the first before the second.
   double least_m = 0.0, most_m = 0.0;  ///< Free space between the pulps.
 };
@@ -15,6 +15,6 @@ struct Opposition {
 /// Finds the pairs of fingers that can face each other within their joints' ranges: each pulp's normal is within 30
 /// degrees of the line to the other, which a friction of 0.6 allows. It samples 1500 postures per finger, so that
 /// widths are some millimetres too small.
-[[nodiscard]] std::vector<Opposition> find_oppositions(const Hand& hand);
+[[nodiscard]] std::vector<FacingFingers> find_oppositions(const Hand& hand);
 
 }  // namespace thenar

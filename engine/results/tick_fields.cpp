@@ -34,47 +34,47 @@ constexpr Scenes kSlide{slides, "of fingertips on slides"};
 
 // Where numbers lie.
 template <auto Member>
-Place of_tick(const TickView& view) {
+FieldNumbers of_tick(const TickView& view) {
   return {&(view.tick.*Member)};
 }
 template <auto Member>
-Place vector_of_tick(const TickView& view) {
+FieldNumbers vector_of_tick(const TickView& view) {
   const auto& v = view.tick.*Member;
   return {v.data(), v.size()};
 }
 template <auto Member>
-Place of_fingers(const TickView& view) {
+FieldNumbers of_fingers(const TickView& view) {
   return {(view.tick.*Member).data(), view.model.fingers()};
 }
 template <auto Member, auto Part>
-Place part_of_fingers(const TickView& view) {
+FieldNumbers part_of_fingers(const TickView& view) {
   using Record = std::remove_cvref_t<decltype(*(view.tick.*Member).data())>;
   static_assert(sizeof(Record) % sizeof(double) == 0);
   return {&((view.tick.*Member).data()->*Part), view.model.fingers(), 1, sizeof(Record) / sizeof(double)};
 }
 template <auto Part>
-Place load_of_fingers(const TickView& view) {
+FieldNumbers load_of_fingers(const TickView& view) {
   return {(view.load.data()->*Part).data(), view.model.fingers(), 3, sizeof(FingerLoad) / sizeof(double)};
 }
 template <auto Part>
-Place of_grips(const TickView& view) {
+FieldNumbers of_grips(const TickView& view) {
   const auto& all = view.tick.reflex.grips;
   return {&(all.data()->*Part), view.model.fingers(), 1, sizeof(ContactGrip) / sizeof(double)};
 }
 template <auto Part>
-Place of_ledger(const TickView& view) {
+FieldNumbers of_ledger(const TickView& view) {
   return {&(view.tick.ledger.*Part)};
 }
 template <auto Part>
-Place of_contact(const TickView& view) {
+FieldNumbers of_contact(const TickView& view) {
   return {&(view.tick.contact.*Part)};
 }
 template <auto Part>
-Place of_environment(const TickView& view) {
+FieldNumbers of_environment(const TickView& view) {
   return {&(view.tick.contact.environment.*Part)};
 }
 template <auto Part>
-Place of_loops(const TickView& view) {
+FieldNumbers of_loops(const TickView& view) {
   const auto& part = view.loops->*Part;
   if constexpr (std::is_same_v<std::remove_cvref_t<decltype(part)>, double>)
     return {&part};
@@ -82,7 +82,7 @@ Place of_loops(const TickView& view) {
     return {part.data(), std::ssize(part)};
 }
 template <auto Part>
-Place of_stiffness(const TickView& view) {
+FieldNumbers of_stiffness(const TickView& view) {
   const auto& part = view.stiffness->*Part;
   if constexpr (std::is_same_v<std::remove_cvref_t<decltype(part)>, double>)
     return {&part};
@@ -90,11 +90,13 @@ Place of_stiffness(const TickView& view) {
     return {part.data(), part.size()};
 }
 template <auto Part>
-Place of_around(const TickView& view) {
+FieldNumbers of_around(const TickView& view) {
   return {(view.environment->*Part).data(), (view.environment->*Part).size()};
 }
-Place angles(const TickView& view) { return {view.q.data(), view.q.size()}; }
-Place stops(const TickView& view) { return {view.tick.contact.stop_Nm.data(), view.tick.contact.stop_Nm.size()}; }
+FieldNumbers angles(const TickView& view) { return {view.q.data(), view.q.size()}; }
+FieldNumbers stops(const TickView& view) {
+  return {view.tick.contact.stop_Nm.data(), view.tick.contact.stop_Nm.size()};
+}
 
 // Numbers that are computed.
 template <auto Part>
@@ -179,7 +181,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .shown_unit = "mm",
      .factor = 1e3,
      .sentence = "Pose of the object, world axes.",
-     .at = [](const TickView& v) -> Place { return {v.X_WO.data()}; }},
+     .at = [](const TickView& v) -> FieldNumbers { return {v.X_WO.data()}; }},
     {.name = "target",
      .unit = "m",
      .of = Of::kPose,
@@ -187,7 +189,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .shown_unit = "mm",
      .factor = 1e3,
      .sentence = "Pose where the object should be, world axes.",
-     .at = [](const TickView& v) -> Place { return {v.tick.X_WT.data()}; }},
+     .at = [](const TickView& v) -> FieldNumbers { return {v.tick.X_WT.data()}; }},
     {.name = "q_rad",
      .unit = "rad",
      .of = Of::kJoint,
@@ -239,7 +241,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .shown = "desired_force",
      .shown_unit = "N",
      .sentence = "What the controller asks of each finger, world axes.",
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.tick.desired_N.data()->data(), v.model.fingers(), 3, 3};
      }},
     {.name = "centre_m",
@@ -345,7 +347,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .sentence =
          "Net way of each patch on the object from 0.3 s on: the sum of its slips as vectors, the object's axes.",
      .block = Block::kGrip,
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.tick.walk_m.data()->data(), v.model.fingers(), 3, 3};
      }},
     {.name = "turn_rad",
@@ -367,7 +369,7 @@ constexpr auto kFields = std::to_array<TickField>({
                  "by normal force, the object's axes.",
      .scenes = &kSoftObject,
      .block = Block::kGrip,
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.tick.contact.patch.data()->dent_O.data(), v.model.fingers(), 3, sizeof(PatchReport) / sizeof(double)};
      }},
     {.name = "sliding_share",
@@ -424,7 +426,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .sentence = "Friction that the hand has felt last, or expects; 0 before it does.",
      .scenes = &kGrip,
      .block = Block::kTouch,
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.tick.reflex.friction.data(), v.model.fingers()};
      }},
     {.name = "squeeze_N",
@@ -645,7 +647,7 @@ constexpr auto kFields = std::to_array<TickField>({
          "Forces with which the muscles pulled: by their activation, and by their stretch at the tick's end. Of "
          "one that pulls several fingers, the sum.",
      .block = Block::kMuscles,
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.muscle_N.data(), std::ssize(v.muscle_N)};
      }},
     {.name = "muscles_asked_N",
@@ -656,7 +658,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .sentence = "Muscle forces that were asked for.",
      .scenes = &kActing,
      .block = Block::kMuscles,
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.asked_N.data(), std::ssize(v.asked_N)};
      }},
     {.name = "pull_anchor_m",
@@ -952,7 +954,7 @@ constexpr auto kFields = std::to_array<TickField>({
      .shown_unit = "N",
      .sentence = "Load across it, likewise, world axes.",
      .scenes = &kFeelingScenes,
-     .at = [](const TickView& v) -> Place {
+     .at = [](const TickView& v) -> FieldNumbers {
        return {v.tick.touch.data()->tangential_N.data(), v.model.fingers(), 3, sizeof(Touch) / sizeof(double)};
      }},
     {.name = "cone_friction",
@@ -980,7 +982,7 @@ const TickField* tick_field(std::string_view name) {
 
 void add_numbers(const TickField& field, const TickView& view, std::vector<double>& to) {
   if (field.compute != nullptr) return field.compute(view, to);
-  const Place place = field.at(view);
+  const FieldNumbers place = field.at(view);
   if (field.of == Of::kPose) return put_pose(Isometry3d(Eigen::Map<const Eigen::Matrix4d>(place.first)), to);
   for (Index row = 0; row < place.rows; ++row) {
     const double* const first = place.first + row * place.stride;

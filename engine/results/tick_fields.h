@@ -66,7 +66,7 @@ struct TickView {
                                std::span<const double> asked_N = {});
 
 /// Numbers that lie in a view's memory: `rows` times `columns` next to one another, from row to row `stride` numbers.
-struct Place {
+struct FieldNumbers {
   const double* first = nullptr;
   Eigen::Index rows = 1, columns = 1, stride = 1;
 };
@@ -106,7 +106,7 @@ struct TickField {
   From from = From::kTick;
   Block block = Block::kNone;
   /// Exactly one is set: `at` gives the place of the numbers (for a pose its 4 x 4 matrix); `compute` appends them.
-  Place (*at)(const TickView&) = nullptr;
+  FieldNumbers (*at)(const TickView&) = nullptr;
   void (*compute)(const TickView&, std::vector<double>&) = nullptr;
 
   [[nodiscard]] bool is_in(const Model& model) const { return scenes == nullptr || scenes->have(model); }

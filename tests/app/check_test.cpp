@@ -10,7 +10,7 @@ namespace thenar::check_test {
 namespace {
 
 TEST(Program, ChecksAScene) {
-  const Outcome check = thenar_program("check " + config("minimal.yaml"));
+  const ProgramResult check = thenar_program("check " + config("minimal.yaml"));
   EXPECT_EQ(check.code, 0);
   EXPECT_NE(check.text.find("rigid, one contact point each"), std::string::npos);
   EXPECT_NE(check.text.find("muscles (control.muscles)"), std::string::npos) << "left out";
@@ -98,7 +98,7 @@ TEST(Program, ChecksFingertipsOnSlides) {
 
 // What looks for a grasp of a hand says that there is none.
 TEST(Program, FindsNoGraspForFingertipsOnSlides) {
-  const Outcome grasp = thenar_program("grasp " + config("slides_ball.yaml"));
+  const ProgramResult grasp = thenar_program("grasp " + config("slides_ball.yaml"));
   EXPECT_EQ(grasp.code, 2);
   EXPECT_NE(grasp.text.find("slides_ball.yaml: hand.slides: are no hand to find a grasp for"), std::string::npos)
       << grasp.text;

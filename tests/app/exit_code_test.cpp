@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
   const fs::path out = scratch();
-  const Outcome run =
+  const ProgramResult run =
       thenar_program("run " + config("box_grasp.yaml") + " --set contact.friction=0.2 --out " + out.string());
   EXPECT_EQ(run.code, 7);
   EXPECT_NE(run.text.find("failed: lost: at 0."), std::string::npos) << run.text;
@@ -25,9 +25,10 @@ TEST(Program, SaysWhichFingerSlippedWhenTheObjectIsLost) {
 
 // Pressed with 15 N the box asks more of muscles than they have: a run that nobody may call held.
 TEST(Program, SaysWhichLimitARunPasses) {
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
-                                     " --set object.points=2000 --set contact.level=2 --time '0.6 s' --format json "
-                                     "--set 'control.grasp.internal_force=15 N'");
+  const ProgramResult run =
+      thenar_program("run " + config("box_grasp.yaml") +
+                     " --set object.points=2000 --set contact.level=2 --time '0.6 s' --format json "
+                     "--set 'control.grasp.internal_force=15 N'");
   EXPECT_EQ(run.code, 11);
   const std::size_t end = run.text.rfind('}');
   const auto summary = nlohmann::json::parse(run.text.substr(run.text.find('{'), end - run.text.find('{') + 1));
@@ -43,7 +44,7 @@ TEST(Program, SaysWhichLimitARunPasses) {
 
 // The word is as true without a controller, but nothing was asked that could fail.
 TEST(Program, WithoutAControllerASlidingObjectIsNoFailure) {
-  const Outcome run = thenar_program("run " + config("slide.yaml") + " --set object.points=3000");
+  const ProgramResult run = thenar_program("run " + config("slide.yaml") + " --set object.points=3000");
   EXPECT_EQ(run.code, 0) << run.text;
   EXPECT_NE(run.text.find("slipping"), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("the thumb slipped "), std::string::npos) << run.text;
@@ -51,7 +52,7 @@ TEST(Program, WithoutAControllerASlidingObjectIsNoFailure) {
 
 // No finger holds a box that rests on a slope: that is told, and is no loss.
 TEST(Program, WhatRestsIsNoFailure) {
-  const Outcome run = thenar_program("run " + config("resting_box.yaml") + " --time '0.3 s'");
+  const ProgramResult run = thenar_program("run " + config("resting_box.yaml") + " --time '0.3 s'");
   EXPECT_EQ(run.code, 0) << run.text;
   for (const char* words :
        {"  from 0.100 s on the object rests on its environment, and no finger holds it\n",
@@ -61,7 +62,7 @@ TEST(Program, WhatRestsIsNoFailure) {
 }
 
 TEST(Program, NamesTheConeAndTheMissingForceOfAnInfeasibleGrasp) {
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --set control.grasp.friction=0");
+  const ProgramResult run = thenar_program("run " + config("box_grasp.yaml") + " --set control.grasp.friction=0");
   EXPECT_EQ(run.code, 6);
   EXPECT_NE(run.text.find("the thumb's friction cone (mu_c = 0) lacks"), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("N of tangential force"), std::string::npos) << run.text;

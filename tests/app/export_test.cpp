@@ -19,9 +19,10 @@ TEST(Program, RecordsARunAndExportsIt) {
   const fs::path folder = scratch();
   const std::string film = (folder / "film.mcap").string(), csv = (folder / "film.csv").string();
   for (const char* runner : {"", " --lockstep", " --realtime"}) {
-    const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '0.2 s' --record " + film + runner);
+    const ProgramResult run =
+        thenar_program("run " + config("minimal.yaml") + " --time '0.2 s' --record " + film + runner);
     ASSERT_EQ(run.code, 0) << run.text;
-    const Outcome exported = thenar_program("export " + film + " --csv " + csv);
+    const ProgramResult exported = thenar_program("export " + film + " --csv " + csv);
     ASSERT_EQ(exported.code, 0) << exported.text;
     const std::string table = read(csv);
     // 50 states a second, under a header; in real time a busy machine may miss some.
@@ -32,7 +33,7 @@ TEST(Program, RecordsARunAndExportsIt) {
   // Cut off within its summary, it has all its states.
   const std::string bytes = read(film);
   std::ofstream(film, std::ios::binary) << bytes.substr(0, bytes.size() - 100);
-  const Outcome cut = thenar_program("export " + film + " --csv " + csv);
+  const ProgramResult cut = thenar_program("export " + film + " --csv " + csv);
   EXPECT_EQ(cut.code, 0);
   EXPECT_NE(cut.text.find("cut off"), std::string::npos);
   // A table that was written stays when the next one fails.
@@ -45,12 +46,12 @@ TEST(Program, RecordsARunAndExportsIt) {
 TEST(Program, SaysWhatIsWrongWithTheFlagsOfARecording) {
   const fs::path folder = scratch();
   const std::string run = "run " + config("minimal.yaml") + " --time '0.05 s'", film = (folder / "a.mcap").string();
-  const Outcome unknown = thenar_program(run + " --record " + film + " --record-fields q_rad,force");
+  const ProgramResult unknown = thenar_program(run + " --record " + film + " --record-fields q_rad,force");
   EXPECT_EQ(unknown.code, 2);
   EXPECT_EQ(unknown.text.rfind("--record-fields: a state has no field 'force', did you mean 'force_N'?", 0), 0U)
       << unknown.text;
   EXPECT_NE(unknown.text.find(", displacement_m, "), std::string::npos) << "it lists all there are";
-  const Outcome fast = thenar_program(run + " --record " + film + " --record-rate '90 kHz'");
+  const ProgramResult fast = thenar_program(run + " --record " + film + " --record-rate '90 kHz'");
   EXPECT_EQ(fast.code, 2);
   EXPECT_EQ(fast.text.rfind("--record-rate: 90 kHz is more than", 0), 0U) << fast.text;
   for (const char* flag : {" --record-rate 100", " --record-fields q_rad", " --record-contacts"}) {
@@ -65,7 +66,7 @@ TEST(Program, SaysWhatIsWrongWithTheFlagsOfARecording) {
 
 TEST(Program, RecordsTwoThreadsWithTheirContacts) {
   const std::string film = (scratch() / "a.mcap").string(), csv = film + ".csv";
-  const Outcome run =
+  const ProgramResult run =
       thenar_program("run " + config("minimal.yaml") + " --realtime --time 0.3 --no-realtime --record " + film +
                      " --record-contacts --record-rate 100 --quiet");
   EXPECT_EQ(run.code, 0) << run.text;
@@ -88,10 +89,11 @@ TEST(Program, ExportsWithLittleMoreThanTheRecordingItself) {
   const auto limited = [](double most_kB) {
     return "ulimit -v " + std::to_string(std::llround(most_kB + 45'000.0)) + "; ";
   };
-  const Outcome csv = thenar_program("export " + film + " --csv " + (folder / "film.csv").string(), limited(1.5 * kB));
+  const ProgramResult csv =
+      thenar_program("export " + film + " --csv " + (folder / "film.csv").string(), limited(1.5 * kB));
   EXPECT_EQ(csv.code, 0) << csv.text;
   if (fs::exists(fs::path(THENAR_PROGRAM).parent_path().parent_path() / "share/thenar/page.html")) {
-    const Outcome page =
+    const ProgramResult page =
         thenar_program("export " + film + " --html " + (folder / "film.html").string(), limited(2.4 * kB));
     EXPECT_EQ(page.code, 0) << page.text;
   }

@@ -54,7 +54,7 @@ TEST(Figures, OfAnEarlierRunDoNotPassForThisOnes) {
       const fs::path out = scratch() / "out";
       fs::create_directories(out);
       for (const char* figure : kDrawn) std::ofstream(out / figure) << "earlier";
-      const Outcome run = thenar_program(
+      const ProgramResult run = thenar_program(
           "run " + config("minimal.yaml") + kShort + runner + (asked ? "" : " --no-figures") + " --out " + out.string(),
           "PATH=/nowhere ");
       EXPECT_TRUE(run.code == 0 || run.code == 12) << run.text;  // 12: records were lost
@@ -69,7 +69,7 @@ TEST(Figures, OfAnEarlierRunDoNotPassForThisOnes) {
 TEST(Figures, AreThoseOfTheRunnerAlone) {
   const fs::path out = scratch();
   const std::string run = "run " + config("minimal.yaml") + kShort + " --out " + out.string();
-  const Outcome threads = thenar_program(run + " --realtime --no-realtime");
+  const ProgramResult threads = thenar_program(run + " --realtime --no-realtime");
   EXPECT_TRUE(threads.code == 0 || threads.code == 12) << threads.text;  // 12: records were lost
   EXPECT_TRUE(fs::exists(out / "path.svg"));
   EXPECT_TRUE(fs::exists(out / "timeline.svg"));

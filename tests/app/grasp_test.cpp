@@ -27,29 +27,29 @@ void write_cube(const std::filesystem::path& file) {
 }
 
 /// Held, even if a muscle passes its limit in the first milliseconds, in which the tangential loads build up.
-bool is_held(const Outcome& run) { return run.code == 0 || run.code == 11; }
+bool is_held(const ProgramResult& run) { return run.code == 0 || run.code == 11; }
 
 // From a file to a held object, in the working folder: what the guide's first page does.
 TEST(Program, GraspsAnObjectFromAFile) {
   const std::filesystem::path folder = scratch();
   write_cube(folder / "cube.obj");
   const std::string here = "cd " + folder.string() + " && exec ";
-  const Outcome made = thenar_program("new my.yaml --object cube.obj --unit mm --mass 80g", here);
+  const ProgramResult made = thenar_program("new my.yaml --object cube.obj --unit mm --mass 80g", here);
   EXPECT_EQ(made.code, 0) << made.text;
   EXPECT_NE(made.text.find("30.0 x 30.0 x 30.0 mm"), std::string::npos) << made.text;
-  const Outcome run = thenar_program("run my.yaml --time 0.2", here);
+  const ProgramResult run = thenar_program("run my.yaml --time 0.2", here);
   EXPECT_TRUE(is_held(run)) << run.text;
-  const Outcome again = thenar_program("new my.yaml --object cube.obj --unit mm", here);
+  const ProgramResult again = thenar_program("new my.yaml --object cube.obj --unit mm", here);
   EXPECT_EQ(again.code, 3) << "nothing is replaced: " << again.text;
 
-  const Outcome found = thenar_program("grasp cube.obj --unit mm --mass 80g --best 2 --out grasps", here);
+  const ProgramResult found = thenar_program("grasp cube.obj --unit mm --mass 80g --best 2 --out grasps", here);
   EXPECT_EQ(found.code, 0) << found.text;
   EXPECT_NE(found.text.find("thumb, index, major"), std::string::npos) << found.text;
   ASSERT_TRUE(std::filesystem::exists(folder / "grasps" / "grasp-1.yaml"));
-  const Outcome held = thenar_program("run grasps/grasp-1.yaml --time 0.2", here);
+  const ProgramResult held = thenar_program("run grasps/grasp-1.yaml --time 0.2", here);
   EXPECT_TRUE(is_held(held)) << held.text;
 
-  const Outcome wide = thenar_program("grasp cube.obj --unit cm --out made/for/nothing", here);
+  const ProgramResult wide = thenar_program("grasp cube.obj --unit cm --out made/for/nothing", here);
   EXPECT_EQ(wide.code, 6) << wide.text;
   EXPECT_NE(wide.text.find("this hand opens"), std::string::npos) << wide.text;
   EXPECT_FALSE(std::filesystem::exists(folder / "made")) << "a folder without results is not left";
@@ -69,7 +69,7 @@ TEST(Program, WritesScenesThatStandWhereverTheyAre) {
   write_cube(folder / "cube.obj");
   std::filesystem::create_directory(folder / "leap");  // a folder of a hand's name is no hand
   const std::string here = "cd " + folder.string() + " && exec ";
-  const Outcome made = thenar_program("new my.yaml --object cube.obj --unit mm --hand leap", here);
+  const ProgramResult made = thenar_program("new my.yaml --object cube.obj --unit mm --hand leap", here);
   EXPECT_EQ(made.code, 0) << made.text;
   const std::string text = read(folder / "my.yaml"), begin = "# yaml-language-server: $schema=";
   ASSERT_TRUE(text.starts_with(begin)) << text;
@@ -77,7 +77,7 @@ TEST(Program, WritesScenesThatStandWhereverTheyAre) {
   EXPECT_NE(text.find("model: \"leap\""), std::string::npos) << text;
   EXPECT_NE(text.find("0 .. 30, 0 .. 30, 0 .. 30 mm"), std::string::npos) << text;
 
-  const Outcome found = thenar_program("grasp my.yaml --best 1 --out made", here);
+  const ProgramResult found = thenar_program("grasp my.yaml --best 1 --out made", here);
   EXPECT_EQ(found.code, 0) << found.text;
   EXPECT_NE(found.text.find("\n1 scene in made"), std::string::npos) << found.text;
   EXPECT_NE(found.text.find("\nmargin           The least share"), std::string::npos)
@@ -92,7 +92,7 @@ TEST(Program, NamesTheFileOrHandThatIsNearest) {
   std::ofstream(folder / "cubes.txt") << "no surface";
   const std::string here = "cd " + folder.string() + " && exec ";
   const auto expect = [&](const std::string& arguments, int code, const std::string& message) {
-    const Outcome said = thenar_program(arguments, here);
+    const ProgramResult said = thenar_program(arguments, here);
     EXPECT_EQ(said.code, code) << arguments;
     EXPECT_EQ(said.text, message + "\n") << arguments;
   };
@@ -125,7 +125,7 @@ TEST(Program, SaysWhatWasMendedInAnObject) {
   const std::string here = "cd " + folder.string() + " && exec ", note = "estimated the normals";
   for (const char* arguments : {"new my.yaml --object ball.xyz --unit mm", "check my.yaml", "run my.yaml --time 0.01",
                                 "grasp my.yaml --best 1"}) {
-    const Outcome said = thenar_program(arguments, here);
+    const ProgramResult said = thenar_program(arguments, here);
     EXPECT_EQ(count(said.text, note), 1) << arguments << ": " << said.text;
   }
   EXPECT_EQ(count(thenar_program("run my.yaml --time 0.01 --quiet", here).text, note), 0);

@@ -16,7 +16,7 @@ const std::string kTips = " --tips thumb=thumb_2:@24/1/-3mm,fore=fore_cap,little
 
 TEST(Program, ListsAndDrawsAHandByName) {
   const std::filesystem::path picture = scratch() / "leap.png";
-  const Outcome list = thenar_program("hand leap --out " + picture.string());
+  const ProgramResult list = thenar_program("hand leap --out " + picture.string());
   EXPECT_EQ(list.code, 0) << list.text;
   EXPECT_NE(list.text.find("4 fingers, 16 joints, 0 muscles"), std::string::npos) << list.text;
   EXPECT_NE(list.text.find("I_MCP                     -18.0 .. 127.8 deg"), std::string::npos) << list.text;
@@ -29,13 +29,13 @@ TEST(Program, ChecksAHandAsItListsAndDrawsIt) {
   const std::filesystem::path picture = scratch() / "leap.png";
   const std::string list = thenar_program("hand leap").text;
   EXPECT_EQ(thenar_program("check leap").text, list);
-  const Outcome file = thenar_program("check " + config("hands/leap.yaml"));
+  const ProgramResult file = thenar_program("check " + config("hands/leap.yaml"));
   EXPECT_EQ(file.text.substr(file.text.find(": ")), list.substr(list.find(": "))) << "but for the file's name";
-  const Outcome drawn = thenar_program("check leap --out " + picture.string());
+  const ProgramResult drawn = thenar_program("check leap --out " + picture.string());
   EXPECT_EQ(drawn.code, 0) << drawn.text;
   EXPECT_TRUE(std::filesystem::exists(picture));
 
-  const Outcome slip = thenar_program("check leep"), scene = thenar_program("check minimum");
+  const ProgramResult slip = thenar_program("check leep"), scene = thenar_program("check minimum");
   EXPECT_EQ(slip.code, 3);
   EXPECT_EQ(slip.text, "leep: no such file, nor a scene or hand that comes with the program, did you mean 'leap'?\n");
   EXPECT_NE(scene.text.find("did you mean 'minimal'?"), std::string::npos) << scene.text;
@@ -51,7 +51,7 @@ TEST(Program, ChecksAHandAsItListsAndDrawsIt) {
 
 TEST(Program, ImportsAHandAndSaysWhatWasGuessed) {
   const std::string out = (scratch() / "gripper.yaml").string();
-  const Outcome made = thenar_program("hand import " + data("hands/gripper.xml") + kTips + " --out " + out);
+  const ProgramResult made = thenar_program("hand import " + data("hands/gripper.xml") + kTips + " --out " + out);
   EXPECT_EQ(made.code, 0) << made.text;
   EXPECT_NE(made.text.find("note: joint 'wrist_turn' is locked"), std::string::npos) << made.text;
   EXPECT_NE(made.text.find("3 fingers, 9 joints, 5 muscles"), std::string::npos) << made.text;
@@ -64,7 +64,7 @@ TEST(Program, ImportsAHandAndSaysWhatWasGuessed) {
 TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
   const std::string out = (scratch() / "hand.yaml").string();
   const auto refused = [&](const std::string& arguments, const std::string& words) {
-    const Outcome said = thenar_program("hand " + arguments);
+    const ProgramResult said = thenar_program("hand " + arguments);
     EXPECT_EQ(said.code, 2) << said.text;
     EXPECT_NE(said.text.find(words), std::string::npos) << said.text;
   };
@@ -76,7 +76,7 @@ TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
   refused("", "name a hand file, or import");
   EXPECT_FALSE(std::filesystem::exists(out));
   EXPECT_EQ(thenar_program("hand import none.xml --tips a=b --out " + out).code, 3);
-  const Outcome unknown = thenar_program("hand alegro");
+  const ProgramResult unknown = thenar_program("hand alegro");
   EXPECT_EQ(unknown.code, 3);
   EXPECT_NE(unknown.text.find("nor a hand that comes with the program, did you mean 'allegro'?"), std::string::npos)
       << unknown.text;
@@ -85,7 +85,7 @@ TEST(Program, RefusesWhatNoHandCanBeMadeOf) {
 // The figures are those of the study, and say what limits them.
 TEST(Program, SaysWhatTheMusclesOfAHandCanGive) {
   const std::string file = (scratch() / "capacity.json").string(), coarse = " --set object.points=6000";
-  const Outcome said = thenar_program("hand capacity box_grasp --friction 0.8 --json " + file + coarse);
+  const ProgramResult said = thenar_program("hand capacity box_grasp --friction 0.8 --json " + file + coarse);
   ASSERT_EQ(said.code, 0) << said.text;
   const auto figures = nlohmann::json::parse(read(file));
   const auto& pinch = figures.at("pinch");
@@ -107,12 +107,12 @@ TEST(Program, SaysWhatTheMusclesOfAHandCanGive) {
   ASSERT_EQ(figures.at("fingers").size(), 3U);
   EXPECT_EQ(figures.at("fingers")[1].at("ring").size(), 12U);
 
-  const Outcome slippery = thenar_program("hand capacity box_grasp --friction 0.1" + coarse);
+  const ProgramResult slippery = thenar_program("hand capacity box_grasp --friction 0.1" + coarse);
   EXPECT_NE(slippery.text, said.text);
 }
 
 TEST(Program, RefusesTheCapacityOfAHandWithoutPostureOrMuscles) {
-  const Outcome alone = thenar_program("hand capacity human5"), none = thenar_program("hand capacity leap_carry");
+  const ProgramResult alone = thenar_program("hand capacity human5"), none = thenar_program("hand capacity leap_carry");
   EXPECT_EQ(alone.code, 2);
   EXPECT_NE(alone.text.find("is a hand, which has no posture: name a scene"), std::string::npos) << alone.text;
   EXPECT_EQ(none.code, 2);
@@ -125,13 +125,13 @@ TEST(Program, RunsASceneWithAHandByNameAndRefusesMusclesOfAHandWithoutThem) {
   const std::string angles =
       " --set 'hand.posture=[0.3 rad, 0.3 rad, 0.3 rad, 0.3 rad, 0.5 rad, 0 rad, 0.5 rad, 0.5 rad, 0.5 rad, 0 rad, "
       "0.5 rad, 0.5 rad, 0.5 rad, 0 rad, 0.5 rad, 0.5 rad]'";
-  const Outcome check = thenar_program("check " + config("box_grasp.yaml") +
-                                       " --set hand.model=leap --set control.muscles=true" + angles);
+  const ProgramResult check = thenar_program("check " + config("box_grasp.yaml") +
+                                             " --set hand.model=leap --set control.muscles=true" + angles);
   EXPECT_EQ(check.code, 2) << check.text;
   EXPECT_NE(check.text.find("this hand has none: write false, and torques drive its joints"), std::string::npos)
       << check.text;
-  const Outcome far = thenar_program("check " + config("box_grasp.yaml") +
-                                     " --set hand.model=leap --set control.muscles=false" + angles);
+  const ProgramResult far = thenar_program("check " + config("box_grasp.yaml") +
+                                           " --set hand.model=leap --set control.muscles=false" + angles);
   EXPECT_EQ(far.code, 0) << far.text;
   EXPECT_NE(far.text.find("16 joints"), std::string::npos) << far.text;
 }

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 TEST(Program, TellsHowAPegGoesIn) {
   const fs::path folder = scratch() / "peg";
-  const Outcome said = thenar_program("insertion peg --set object.points=9000 --out " + folder.string());
+  const ProgramResult said = thenar_program("insertion peg --set object.points=9000 --out " + folder.string());
   EXPECT_EQ(said.code, 0) << said.text;
   for (const char* words : {"c / mu", "how they touched", "one point", "against the theory of a peg"})
     EXPECT_NE(said.text.find(words), std::string::npos) << words << " in\n" << said.text;
@@ -29,7 +29,7 @@ TEST(Program, TellsHowAPegGoesIn) {
 
 /// Of a peg whose scene does not need its hole there is nothing to tell.
 TEST(Program, StudiesNoInsertionThatASceneDoesNotNeed) {
-  const Outcome none = thenar_program(
+  const ProgramResult none = thenar_program(
       "insertion peg --set object.points=9000 --set model=auto --set tolerance='{position: 100 mm, rotation: 90 deg, "
       "force: 9000 %, moment: 9000 %, margin: 1}'");
   EXPECT_EQ(none.code, 2) << none.text;
@@ -37,8 +37,8 @@ TEST(Program, StudiesNoInsertionThatASceneDoesNotNeed) {
 }
 
 TEST(Program, RefusesAnInsertionWithoutPegOrHole) {
-  const Outcome box = thenar_program("insertion resting_box"), alone = thenar_program("insertion minimal");
-  for (const Outcome& said : {box, alone}) {
+  const ProgramResult box = thenar_program("insertion resting_box"), alone = thenar_program("insertion minimal");
+  for (const ProgramResult& said : {box, alone}) {
     EXPECT_EQ(said.code, 2);
     EXPECT_NE(said.text.find("its object is no peg"), std::string::npos) << said.text;
     EXPECT_EQ(std::count(said.text.begin(), said.text.end(), '\n'), 1) << said.text;

@@ -21,7 +21,7 @@ using nlohmann::json;
 
 TEST(JitterFloor, SaysHowToGetIt) {
   const fs::path out = scratch();
-  const Outcome run = short_run("--no-figures --floor --out " + out.string(), "PATH=/nowhere ");
+  const ProgramResult run = short_run("--no-figures --floor --out " + out.string(), "PATH=/nowhere ");
   EXPECT_EQ(run.code, 0) << run.text;
   EXPECT_NE(run.text.find("apt-get install rt-tests"), std::string::npos) << run.text;
   EXPECT_TRUE(json::parse(read(out / "summary.json")).at("floor").is_null());
@@ -36,7 +36,7 @@ TEST(JitterFloor, ReadsCyclictestsHistogram) {
                                        "# Total: 000000099\n# Min Latencies: 05000\n# Avg Latencies: 05020\n"
                                        "# Max Latencies: 2000000\n# Histogram Overflows: 00001\nEOF\n";
   fs::permissions(out / "cyclictest", fs::perms::owner_all);
-  const Outcome run = short_run("--no-figures --floor --out " + out.string(), "PATH=" + out.string() + ":$PATH ");
+  const ProgramResult run = short_run("--no-figures --floor --out " + out.string(), "PATH=" + out.string() + ":$PATH ");
   ASSERT_EQ(run.code, 0) << run.text;
   const auto floor = json::parse(read(out / "summary.json")).at("floor");
   EXPECT_EQ(floor.at("pairs"), 5);

@@ -23,7 +23,7 @@ using nlohmann::json;
 const fs::path kRoot = fs::path(THENAR_CONFIGS).parent_path();
 
 TEST(KeysProgram, ListsTheKeysBelowAPrefix) {
-  const Outcome contact = thenar_program("keys contact");
+  const ProgramResult contact = thenar_program("keys contact");
   EXPECT_EQ(contact.code, 0);
   EXPECT_NE(contact.text.find("\ncontact.friction  "), std::string::npos) << contact.text;
   EXPECT_NE(contact.text.find("  0 .. 10  "), std::string::npos) << contact.text;
@@ -41,7 +41,7 @@ TEST(KeysProgram, ListsTheKeysBelowAPrefix) {
 }
 
 TEST(KeysProgram, SuggestsAKeyForAnUnknownOne) {
-  const Outcome map = thenar_program("keys contct"), key = thenar_program("keys frction");
+  const ProgramResult map = thenar_program("keys contct"), key = thenar_program("keys frction");
   EXPECT_EQ(map.code, 2);
   EXPECT_EQ(map.text, "keys contct: unknown key, did you mean 'contact'?\n");
   EXPECT_EQ(key.text, "keys frction: unknown key, did you mean 'contact.friction'?\n");
@@ -51,7 +51,7 @@ TEST(KeysProgram, SuggestsAKeyForAnUnknownOne) {
 
 /// A document is what the program prints, byte for byte.
 void expect_current(const fs::path& file, const std::string& command) {
-  const Outcome printed = thenar_program(command);
+  const ProgramResult printed = thenar_program(command);
   EXPECT_EQ(printed.code, 0);
   EXPECT_TRUE(read(kRoot / file) == printed.text)
       << file.string() << " is not current. Renew it with: build/release/app/thenar " << command << " > "

@@ -16,12 +16,12 @@ using namespace short_runs;
 TEST(LoopsTable, SaysWhichTimeMustFitIntoWhichPeriod) {
   const std::string fits = "start jitter + compute must fit into 1000 us, the period";
   const std::string control_fits = "start jitter + tick must fit into 5000 us, the period";
-  const Outcome run = short_run("");
+  const ProgramResult run = short_run("");
   EXPECT_NE(run.text.find(fits), std::string::npos) << run.text;
   EXPECT_NE(run.text.find(control_fits), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("kept [%]"), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("on both threads together: must fit into no period"), std::string::npos) << run.text;
-  const Outcome doctor = thenar_program("doctor");
+  const ProgramResult doctor = thenar_program("doctor");
   EXPECT_EQ(doctor.code, 0);
   EXPECT_EQ(doctor.text.find("cannot keep"), std::string::npos) << doctor.text;
   const bool keeps = doctor.text.find("can keep contact at ") != std::string::npos;
@@ -30,7 +30,7 @@ TEST(LoopsTable, SaysWhichTimeMustFitIntoWhichPeriod) {
 }
 
 TEST(LoopsTable, PrintsSpeedBesideAccuracyAndWhatWasGranted) {
-  const Outcome run = short_run("");
+  const ProgramResult run = short_run("");
   ASSERT_EQ(run.code, 0) << run.text;
   for (const char* text :
        {"SCHED_OTHER", "two threads: ", "contact: start jitter", "control: whole tick", "contact residual, p99",

@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 
 TEST(Program, WritesEveryResultOfARun) {
   const fs::path out = scratch();
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --time '0.35 s' --out " + out.string());
+  const ProgramResult run =
+      thenar_program("run " + config("box_grasp.yaml") + " --time '0.35 s' --out " + out.string());
   ASSERT_EQ(run.code, 0) << run.text;
   EXPECT_NE(run.text.find("contact computation, total"), std::string::npos);
   const auto summary = nlohmann::json::parse(read(out / "summary.json"));
@@ -50,7 +51,7 @@ TEST(Program, ReadsNoPipeAndNoDevice) {
   for (const std::string& arguments :
        {"run " + pipe.string(), "check " + pipe.string(), "solve " + pipe.string(),
         "export --csv /dev/null " + pipe.string(), std::string("run /dev/zero"), std::string("check /dev/zero")}) {
-    const Outcome refused = thenar_program(arguments, "timeout 20 ");
+    const ProgramResult refused = thenar_program(arguments, "timeout 20 ");
     EXPECT_EQ(refused.code, 3) << arguments << ": " << refused.text;
     EXPECT_NE(refused.text.find("is a pipe or a device, not a file"), std::string::npos) << refused.text;
   }
@@ -60,7 +61,7 @@ TEST(Program, SaysThatItsWordsWereLost) {
   for (const std::string& arguments :
        {std::string("--help"), std::string("--version"), "check " + config("minimal.yaml"),
         "run " + config("minimal.yaml") + " --time '50 ms'"}) {
-    const Outcome run = thenar_program(arguments, "sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - ");
+    const ProgramResult run = thenar_program(arguments, "sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - ");
     EXPECT_EQ(run.code, 3) << arguments;
     EXPECT_NE(run.text.find("standard output: could not be written in full"), std::string::npos) << run.text;
   }
@@ -71,7 +72,7 @@ const std::string kSoon = " --set object.points=2000 ";
 
 /// The program, sent a signal once a shell's condition holds, in which $pid is its number: however long it takes to
 /// begin.
-Outcome interrupted(const std::string& arguments, const std::string& signal, const std::string& condition) {
+ProgramResult interrupted(const std::string& arguments, const std::string& signal, const std::string& condition) {
   // A shell has what it starts in the background ignore SIGINT.
   return thenar_program(arguments + " & pid=$!; for i in $(seq 6000); do if " + condition +
                             "; then break; fi; sleep 0.01; done; kill -" + signal + " $pid; wait $pid",
@@ -85,9 +86,9 @@ TEST(Program, InterruptedItKeepsItsResults) {
     for (const char* signal : {"INT", "TERM"}) {
       const fs::path out = folder / "out";
       fs::remove(film);
-      const Outcome run = interrupted("run " + config("box_grasp.yaml") + kSoon + runner + "--time 1000 --record " +
-                                          film + " --out " + out.string(),
-                                      signal, "[ $(stat -c %s " + film + " 2>/dev/null || echo 0) -gt 300000 ]");
+      const ProgramResult run = interrupted("run " + config("box_grasp.yaml") + kSoon + runner +
+                                                "--time 1000 --record " + film + " --out " + out.string(),
+                                            signal, "[ $(stat -c %s " + film + " 2>/dev/null || echo 0) -gt 300000 ]");
       EXPECT_EQ(run.code, 130) << run.text;
       const auto summary = nlohmann::json::parse(read(out / "summary.json"));
       const auto simulated_s = summary.at("simulated_s").get<double>();
@@ -98,7 +99,7 @@ TEST(Program, InterruptedItKeepsItsResults) {
                 std::string::npos);
       EXPECT_NE(run.text.find("the run was interrupted at "), std::string::npos) << run.text;
       EXPECT_EQ(read(out / "grasp.png").substr(1, 3), "PNG");
-      const Outcome exported = thenar_program("export " + film + " --csv " + (folder / "film.csv").string());
+      const ProgramResult exported = thenar_program("export " + film + " --csv " + (folder / "film.csv").string());
       EXPECT_EQ(exported.code, 0);
       EXPECT_EQ(exported.text.find("cut off"), std::string::npos) << exported.text;
       fs::remove_all(out);
@@ -111,9 +112,9 @@ TEST(Program, NeedsNoStandardStream) {
   const fs::path folder = scratch(), film = folder / "film.mcap", picture = folder / "hand.png";
   const std::string run = "run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --record " + film.string();
   for (const char* closed : {"<&-", "2>&-", ">&-", "<&- >&- 2>&-"}) {
-    const Outcome outcome = thenar_program(run + " " + closed + "; echo ended with $?");
+    const ProgramResult outcome = thenar_program(run + " " + closed + "; echo ended with $?");
     EXPECT_NE(outcome.text.find("ended with 0\n"), std::string::npos) << closed << outcome.text;
-    const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "a.csv").string());
+    const ProgramResult exported = thenar_program("export " + film.string() + " --csv " + (folder / "a.csv").string());
     EXPECT_EQ(exported.code, 0) << closed << exported.text;
     EXPECT_EQ(exported.text, "") << closed;
     fs::remove(film);
@@ -137,7 +138,7 @@ TEST(Program, ASignalCutsNoFigure) {
   for (const char* signal : {"INT", "TERM", "HUP"}) {
     const fs::path folder = scratch(), out = folder / "out";
     write_slow_gnuplot(folder);
-    const Outcome run =
+    const ProgramResult run =
         thenar_program("run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --out " + out.string() +
                            " & pid=$!; while [ ! -e " + (folder / "begun").string() +
                            " ] && kill -0 $pid; do sleep 0.01; done; kill -" + signal + " $pid; wait $pid",
@@ -153,10 +154,10 @@ TEST(Program, APipeThatNobodyReadsIsRefused) {
   const fs::path pipe = scratch() / "pipe";
   ASSERT_EQ(std::system(("mkfifo " + pipe.string()).c_str()), 0);
   const std::string run = "run " + config("minimal.yaml") + kSoon + "--time 50ms --quiet --record " + pipe.string();
-  const Outcome refused = thenar_program(run, "timeout 60 ");
+  const ProgramResult refused = thenar_program(run, "timeout 60 ");
   EXPECT_EQ(refused.code, 3) << refused.text;
   EXPECT_NE(refused.text.find("nobody reads this pipe"), std::string::npos) << refused.text;
-  const Outcome gone = thenar_program(run, "head -c 100 " + pipe.string() + " > /dev/null & timeout 60 ");
+  const ProgramResult gone = thenar_program(run, "head -c 100 " + pipe.string() + " > /dev/null & timeout 60 ");
   EXPECT_EQ(gone.code, 3) << gone.text;
   EXPECT_NE(gone.text.find("could not be written in full"), std::string::npos) << gone.text;
 }
@@ -164,7 +165,7 @@ TEST(Program, APipeThatNobodyReadsIsRefused) {
 TEST(Program, SmallStacksAreRefusedByName) {
   for (const char* kilobytes : {"64", "128"}) {
     for (const std::string& arguments : {std::string("keys"), "check " + config("minimal.yaml")}) {
-      const Outcome run = thenar_program(arguments, std::string("ulimit -s ") + kilobytes + "; ");
+      const ProgramResult run = thenar_program(arguments, std::string("ulimit -s ") + kilobytes + "; ");
       EXPECT_EQ(run.code, 2) << arguments << run.text;
       EXPECT_NE(run.text.find("ulimit -s"), std::string::npos) << run.text;
     }
@@ -173,7 +174,7 @@ TEST(Program, SmallStacksAreRefusedByName) {
 
 TEST(Program, NamesOfFoldersAreNoOrders) {
   const fs::path folder = scratch() / "a\nb\x1b[2J";
-  const Outcome run =
+  const ProgramResult run =
       thenar_program("run " + config("minimal.yaml") + kSoon + "--time 50ms --out '" + folder.string() + "'");
   EXPECT_EQ(run.code, 0) << run.text;
   EXPECT_EQ(run.text.find('\x1b'), std::string::npos) << run.text;
@@ -191,7 +192,7 @@ TEST(Program, AFigureIsWholeOrMissing) {
   fs::create_directories(disk);
   const std::string mount = "mount -t tmpfs -o size=" + std::to_string(room) + " tmpfs " + disk.string();
   if (std::system((mount + " 2>/dev/null").c_str()) != 0) GTEST_SKIP() << "needs the right to mount a small disk";
-  const Outcome full = thenar_program(run + disk.string());
+  const ProgramResult full = thenar_program(run + disk.string());
   const std::string summary = read(disk / "summary.json"), signals = read(disk / "signals.csv");
   std::string left;
   for (const auto& entry : fs::directory_iterator(disk)) {
@@ -207,7 +208,7 @@ TEST(Program, AFigureIsWholeOrMissing) {
 }
 
 TEST(Program, PrintsTheSummaryAsJson) {
-  const Outcome run = thenar_program("run " + config("minimal.yaml") + " --time '50 ms' --format json");
+  const ProgramResult run = thenar_program("run " + config("minimal.yaml") + " --time '50 ms' --format json");
   ASSERT_EQ(run.code, 0) << run.text;
   const auto summary = nlohmann::json::parse(run.text);
   EXPECT_EQ(summary.at("contacts").at("max"), nullptr) << "nothing is measured before 0.3 s";
@@ -219,8 +220,8 @@ TEST(Program, QuietPrintsNothing) {
 }
 
 TEST(Program, RunsWhatASceneNeeds) {
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
-                                     " --set object.points=2000 --set model=auto --time '0.4 s' --format json");
+  const ProgramResult run = thenar_program("run " + config("box_grasp.yaml") +
+                                           " --set object.points=2000 --set model=auto --time '0.4 s' --format json");
   ASSERT_EQ(run.code, 0) << run.text;
   const auto summary = nlohmann::json::parse(run.text);
   EXPECT_TRUE(summary.at("muscles").is_null());
@@ -243,7 +244,7 @@ TEST(Program, GraspsAScannedObject) {
   const fs::path file = fs::path(THENAR_CONFIGS).parent_path() / "out" / "scan" / "box.ply";
   fs::create_directories(file.parent_path());
   save_ply(file, scanned_box(), PlyFormat::kBinaryLittleEndian);
-  const Outcome run = thenar_program("run " + config("scan_grasp.yaml") + " --format json");
+  const ProgramResult run = thenar_program("run " + config("scan_grasp.yaml") + " --format json");
   ASSERT_EQ(run.code, 0) << run.text;
   const auto summary = nlohmann::json::parse(run.text);
   EXPECT_TRUE(summary.at("grasp").at("held").get<bool>());
@@ -269,7 +270,7 @@ TEST(Program, RefusesBrokenClouds) {
   std::ofstream(folder / "bare.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                                         "property float z\nend_header\n0 0 0\n";
   for (const char* name : {"truncated.ply", "point.ply", "bare.ply", "flipped.ply", "repeated.ply"}) {
-    const Outcome run =
+    const ProgramResult run =
         thenar_program("run " + config("scan_grasp.yaml") + " --set object.shape.cloud=" + (folder / name).string() +
                        " --out " + (folder / "out").string());
     EXPECT_EQ(run.code, 3) << name;

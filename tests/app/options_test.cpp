@@ -26,25 +26,25 @@ TEST(Program, IsOneOfSeveral) {
 }
 
 TEST(Program, NamesTheSceneThatIsNearest) {
-  const Outcome slip = thenar_program("run box_graps");
+  const ProgramResult slip = thenar_program("run box_graps");
   EXPECT_EQ(slip.code, 3);
   EXPECT_EQ(slip.text, "box_graps: no such file, nor a scene that comes with the program, did you mean 'box_grasp'?\n");
   EXPECT_EQ(thenar_program("check ./box_grasp").text, "./box_grasp: no such file\n");
 }
 
 TEST(Program, NamesAnUnknownCommandAndTheNearest) {
-  const Outcome slip = thenar_program("rn");
+  const ProgramResult slip = thenar_program("rn");
   EXPECT_EQ(slip.code, 2);
   EXPECT_NE(slip.text.find("'rn' is no command, did you mean 'run'?"), std::string::npos) << slip.text;
   EXPECT_NE(slip.text.find("thenar --help"), std::string::npos) << slip.text;
-  const Outcome none = thenar_program("list configs");
+  const ProgramResult none = thenar_program("list configs");
   EXPECT_EQ(none.code, 2);
   EXPECT_NE(none.text.find("'list' is no command; "), std::string::npos) << none.text;
-  const Outcome renamed = thenar_program("profile " + config("minimal.yaml") + " --floor");
+  const ProgramResult renamed = thenar_program("profile " + config("minimal.yaml") + " --floor");
   EXPECT_EQ(renamed.code, 2);
   EXPECT_EQ(renamed.text,
             "thenar: 'profile' is no command: profile is run --realtime now; `thenar --help` lists all commands\n");
-  const Outcome nothing = thenar_program("");
+  const ProgramResult nothing = thenar_program("");
   EXPECT_EQ(nothing.code, 2);
   EXPECT_NE(nothing.text.find("name a command"), std::string::npos) << nothing.text;
 }

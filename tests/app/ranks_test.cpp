@@ -25,7 +25,7 @@ class SweepUnderMpi : public testing::Test {
  protected:
   void SetUp() override {
     if (shell("mpirun --version") != 0) GTEST_SKIP() << "needs mpirun: install openmpi-bin";
-    const Outcome run = thenar_program("sweep", mpirun(1));
+    const ProgramResult run = thenar_program("sweep", mpirun(1));
     if (run.text.find("without MPI") != std::string::npos) GTEST_SKIP() << "built without MPI";
   }
 };
@@ -35,7 +35,7 @@ TEST_F(SweepUnderMpi, MakesTheSameTableForAnyNumberOfRanks) {
   ASSERT_EQ(thenar_program(sweep_command(folder / "alone")).code, 0);
   for (const int ranks : {1, 2, 3}) {
     const fs::path out = folder / std::to_string(ranks);
-    const Outcome run = thenar_program(sweep_command(out), mpirun(ranks));
+    const ProgramResult run = thenar_program(sweep_command(out), mpirun(ranks));
     EXPECT_EQ(run.code, 0) << run.text;
     EXPECT_EQ(run.text.find("rows in"), run.text.rfind("rows in")) << "not told once: " << run.text;
     EXPECT_EQ(read(out / "rows.csv"), read(folder / "alone/rows.csv")) << ranks << " ranks";
@@ -63,7 +63,7 @@ TEST_F(SweepUnderMpi, ARankThatDiesLosesOnlyItsOwnRows) {
   const std::string missing = std::to_string(kRows / 3 - kept) + " of " + std::to_string(kRows) + " rows are missing";
   EXPECT_NE(read(folder / "told").find(missing), std::string::npos) << read(folder / "told");
   // Any number of processes goes on.
-  const Outcome again = thenar_program(sweep_command(out, long_rows), mpirun(2));
+  const ProgramResult again = thenar_program(sweep_command(out, long_rows), mpirun(2));
   EXPECT_EQ(again.code, 0) << again.text;
   EXPECT_EQ(read(out / "rows.csv"), read(folder / "alone/rows.csv"));
 }

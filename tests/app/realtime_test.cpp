@@ -28,7 +28,7 @@ void expect_latencies(const json& times) {
 
 TEST(RunRealtime, WritesEveryNumberOfItsLoops) {
   const fs::path out = scratch();
-  const Outcome run = short_run("--out " + out.string() + " --trace " + (out / "trace.json").string());
+  const ProgramResult run = short_run("--out " + out.string() + " --trace " + (out / "trace.json").string());
   ASSERT_EQ(run.code, 0) << run.text;
   const auto summary = json::parse(read(out / "summary.json"));
   for (const char* key : {"policy", "priority", "core", "locked", "spin_us", "timer_slack_ns", "remark"}) {
@@ -83,7 +83,7 @@ TEST(RunRealtime, WritesEveryNumberOfItsLoops) {
 TEST(RunRealtime, TakesTheLastWordOnASetting) {
   const fs::path out = scratch();
   const auto settings = [&](const std::string& arguments) {
-    const Outcome run = short_run(arguments + " --no-figures --out " + out.string());
+    const ProgramResult run = short_run(arguments + " --no-figures --out " + out.string());
     EXPECT_EQ(run.code, 0) << run.text;
     return json::parse(read(out / "summary.json")).at("settings");
   };
@@ -97,14 +97,14 @@ TEST(RunRealtime, TakesTheLastWordOnASetting) {
 TEST(RunRealtime, WarnsOfOverrunsUnlessQuiet) {
   const std::string command =
       "run " + config("box_grasp.yaml") + " --realtime --contact-rate 100kHz --time 0.1 --no-realtime";
-  const Outcome run = thenar_program(command);
+  const ProgramResult run = thenar_program(command);
   EXPECT_NE(run.text.find("overran"), std::string::npos) << run.text;
   EXPECT_NE(run.text.find("in the last second"), std::string::npos) << run.text;
   EXPECT_EQ(thenar_program(command + " --quiet").text.find("overran"), std::string::npos);
 }
 
 TEST(RunRealtime, ReportsALostObjectAtTheEnd) {
-  const Outcome run =
+  const ProgramResult run =
       thenar_program("run " + config("box_grasp.yaml") +
                      " --realtime --contact-rate 1kHz --time 0.9 --no-realtime --set contact.friction=0.1");
   EXPECT_EQ(run.code, 7) << run.text;
@@ -114,10 +114,11 @@ TEST(RunRealtime, ReportsALostObjectAtTheEnd) {
 
 TEST(RunRealtime, WritesWhatARunInOneLoopWritesAndItsLoops) {
   const fs::path out = scratch();
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
-                                     " --realtime --no-realtime --contact-rate 1kHz --control-rate 200Hz --time 0.4 "
-                                     "--out " +
-                                     out.string());
+  const ProgramResult run =
+      thenar_program("run " + config("box_grasp.yaml") +
+                     " --realtime --no-realtime --contact-rate 1kHz --control-rate 200Hz --time 0.4 "
+                     "--out " +
+                     out.string());
   ASSERT_EQ(run.code, 0) << run.text;
   const auto summary = json::parse(read(out / "summary.json"));
   EXPECT_EQ(summary.at("grasp").at("held"), true);
@@ -134,7 +135,7 @@ TEST(RunRealtime, WritesWhatARunInOneLoopWritesAndItsLoops) {
 // Threads have the stack that they need, whatever the shell leaves to each.
 TEST(RunRealtime, RunsWithASmallStack) {
   for (const char* how : {" --no-realtime", ""}) {
-    const Outcome run =
+    const ProgramResult run =
         thenar_program("run " + config("box_grasp.yaml") +
                            " --realtime --contact-rate 1kHz --control-rate 200Hz --time 0.3 --quiet" + how,
                        "ulimit -s 256; ");
@@ -143,8 +144,8 @@ TEST(RunRealtime, RunsWithASmallStack) {
 }
 
 TEST(RunRealtime, StopsAtOnceWithoutGraspForces) {
-  const Outcome run = thenar_program("run " + config("box_grasp.yaml") +
-                                     " --realtime --no-realtime --set control.grasp.friction=0 --quiet");
+  const ProgramResult run = thenar_program("run " + config("box_grasp.yaml") +
+                                           " --realtime --no-realtime --set control.grasp.friction=0 --quiet");
   EXPECT_EQ(run.code, 6);
   EXPECT_NE(run.text.find("no grasp forces exist at 0.000 s"), std::string::npos) << run.text;
 }

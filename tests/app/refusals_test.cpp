@@ -48,7 +48,7 @@ TEST_P(ProgramRefuses, WithOneClearLineAndWritesNothing) {
   const fs::path folder = scratch();
   if (!row.name.empty()) std::ofstream(folder / row.name, std::ios::binary) << row.text;
   const std::set<std::string> before = names_in(folder);
-  const Outcome run =
+  const ProgramResult run =
       thenar_program(replaced(row.command, "FILE", row.name), "cd '" + folder.string() + "'; " + row.shell);
   EXPECT_EQ(run.code, row.code);
   EXPECT_EQ(replaced(run.text, row.name, "FILE"), row.message + "\n");
@@ -80,7 +80,7 @@ TEST(Refusals, SpoilWhatIsSound) {
                                 "new ball.yaml --object ball.xyz --unit mm", "hand hand.yaml",
                                 "hand import hand.xml --out mjcf.yaml --tips thumb=thumb_1,index=index_1",
                                 "hand import hand.urdf --out urdf.yaml --tips thumb=thumb_1:@40/0/0mm"}) {
-    const Outcome run = thenar_program(arguments, there);
+    const ProgramResult run = thenar_program(arguments, there);
     EXPECT_EQ(run.code, 0) << arguments << ": " << run.text;
   }
 }

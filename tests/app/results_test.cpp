@@ -30,7 +30,7 @@ TEST(Program, NoResultReplacesAnInput) {
   fs::create_symlink(scene, folder / "link.mcap");
   fs::create_hard_link(hand, folder / "other_name.mcap");
   for (const fs::path& input : {scene, hand, folder / "link.mcap", folder / "other_name.mcap"}) {
-    const Outcome refused = thenar_program(run + "--record " + input.string());
+    const ProgramResult refused = thenar_program(run + "--record " + input.string());
     EXPECT_EQ(refused.code, 2) << refused.text;
     EXPECT_NE(refused.text.find("which this command reads"), std::string::npos) << refused.text;
   }
@@ -65,12 +65,12 @@ TEST(Program, TwoRunsDoNotShareAFolderOrAFile) {
                 ("for i in $(seq 6000); do [ -s " + film.string() + " ] && exit 0; sleep 0.01; done; exit 1").c_str()),
             0);
   const std::string second = "run " + config("minimal.yaml") + " --time '50 ms' ";
-  const Outcome same_folder = thenar_program(second + "--out " + out.string());
+  const ProgramResult same_folder = thenar_program(second + "--out " + out.string());
   EXPECT_EQ(same_folder.code, 2);
   EXPECT_NE(same_folder.text.find("another run writes into"), std::string::npos) << same_folder.text;
   EXPECT_EQ(thenar_program(second + "--realtime --out " + out.string()).code, 2);
   EXPECT_EQ(thenar_program(second + "--dump-problems " + out.string()).code, 2);
-  const Outcome same_file = thenar_program(second + "--record " + film.string());
+  const ProgramResult same_file = thenar_program(second + "--record " + film.string());
   EXPECT_EQ(same_file.code, 3);
   EXPECT_NE(same_file.text.find("another run records into this file"), std::string::npos) << same_file.text;
   // A run's own two flags for one folder are no two runs.
@@ -96,7 +96,7 @@ TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
         "run " + config("minimal.yaml") + kSoon + runner + "--time '2.5 s' --format json --record " + film.string();
     ASSERT_EQ(thenar_program(run, "exec ").code, 0);
     const std::uintmax_t whole = fs::file_size(film);
-    const Outcome cut = thenar_program(run, file_limit(realtime ? whole / 5 * 4 : whole - 8000));
+    const ProgramResult cut = thenar_program(run, file_limit(realtime ? whole / 5 * 4 : whole - 8000));
     EXPECT_EQ(cut.code, 3) << cut.text;
     EXPECT_NE(cut.text.find("film.mcap: could not be written in full"), std::string::npos) << cut.text;
     const std::size_t end = cut.text.rfind('}');
@@ -109,7 +109,8 @@ TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
       EXPECT_DOUBLE_EQ(simulated, 2.5);
     }
     // What was recorded before is sound.
-    const Outcome exported = thenar_program("export " + film.string() + " --csv " + (folder / "film.csv").string());
+    const ProgramResult exported =
+        thenar_program("export " + film.string() + " --csv " + (folder / "film.csv").string());
     EXPECT_EQ(exported.code, 0) << exported.text;
     EXPECT_NE(exported.text.find("cut off"), std::string::npos) << exported.text;
   }
@@ -117,7 +118,7 @@ TEST(Program, ADiskThatFailsTheRecordingFailsNothingElse) {
 
 TEST(Program, ADiskThatFailsDumpedProblemsFailsNothingElse) {
   const fs::path folder = scratch();
-  const Outcome run = thenar_program(
+  const ProgramResult run = thenar_program(
       "run " + config("minimal.yaml") + kSoon + "--time '0.5 s' --format json --dump-problems " + folder.string(),
       file_limit(512));
   EXPECT_EQ(run.code, 3) << run.text;
@@ -129,7 +130,7 @@ TEST(Program, RefusesAFolderThatCannotBeWrittenBeforeItRuns) {
   // A file stands where the folder should be: nobody can write there, not even the superuser.
   const fs::path file = scratch() / "file";
   std::ofstream(file) << "kept";
-  const Outcome run = thenar_program("run " + config("minimal.yaml") + " --out " + (file / "out").string());
+  const ProgramResult run = thenar_program("run " + config("minimal.yaml") + " --out " + (file / "out").string());
   EXPECT_EQ(run.code, 3);
   EXPECT_NE(run.text.find("cannot make this folder"), std::string::npos) << run.text;
   EXPECT_EQ(read(file), "kept");

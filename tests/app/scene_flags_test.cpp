@@ -20,7 +20,7 @@ class TwoLoopsRefuse : public testing::TestWithParam<BadFlag> {};
 TEST_P(TwoLoopsRefuse, NamingTheFlag) {
   const std::string arguments = GetParam().arguments;
   const auto space = arguments.find(' ');
-  const Outcome run =
+  const ProgramResult run =
       thenar_program(arguments.substr(0, space) + " " + config("minimal.yaml") + arguments.substr(space));
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(run.text.find(GetParam().message), 0) << run.text;

@@ -7,7 +7,7 @@
 namespace thenar::short_runs {
 
 /// A short run of the least scene on two threads, as a user without real-time rights has it.
-inline Outcome short_run(const std::string& arguments, const std::string& before = "") {
+inline ProgramResult short_run(const std::string& arguments, const std::string& before = "") {
   return thenar_program("run " + config("minimal.yaml") +
                             " --realtime --contact-rate 1kHz --control-rate 200Hz --time 0.4 --no-realtime " +
                             arguments,

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 /// The results of a command that prints JSON, and on stderr after it what is not right.
 std::vector<nlohmann::json> results_of(const std::string& arguments, int code = 0) {
-  const Outcome run = thenar_program("solve " + arguments + " --format json");
+  const ProgramResult run = thenar_program("solve " + arguments + " --format json");
   EXPECT_EQ(run.code, code) << run.text;
   return nlohmann::json::parse(run.text.substr(0, run.text.find("\n}\n") + 3)).at("results");
 }
@@ -102,7 +102,7 @@ TEST(Solve, ATimeBoundsTheSolvesOfAFile) {
 
 TEST(Solve, RefusesWrongCommands) {
   const std::string contact = data("contact/paper15_s1.fcp"), grasp = data("small/14_grasp4.json");
-  const Outcome method = thenar_program("solve --method newton " + contact + " " + grasp);
+  const ProgramResult method = thenar_program("solve --method newton " + contact + " " + grasp);
   EXPECT_EQ(method.code, 2);
   EXPECT_NE(method.text.find("--method: newton does not solve " + grasp + " (P1)"), std::string::npos) << method.text;
   EXPECT_NE(method.text.find("active_set, lemke, exact_cone and all"), std::string::npos) << method.text;
@@ -118,7 +118,7 @@ TEST(Solve, RefusesBrokenFilesBeforeItSolvesAny) {
   const fs::path broken = scratch() / "broken.fcp";
   std::ofstream(broken, std::ios::binary) << read(data("contact/paper15_s1.fcp")).substr(0, 5000);
   for (const std::string& file : {broken.string(), std::string("nowhere.fcp"), std::string("nowhere.json")}) {
-    const Outcome run = thenar_program("solve " + data("contact/paper15_s1.fcp") + " " + file);
+    const ProgramResult run = thenar_program("solve " + data("contact/paper15_s1.fcp") + " " + file);
     EXPECT_EQ(run.code, 3);
     EXPECT_TRUE(run.text.starts_with(file + ": ")) << run.text;
     EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << run.text;
@@ -130,7 +130,7 @@ TEST(Solve, ExchangesContactProblemsByFclib) {
   if (!fclib_obstacle().empty()) GTEST_SKIP() << fclib_obstacle();
   const fs::path there = scratch() / "problem.hdf5", back = scratch() / "problem.fcp";
   const auto problem = std::get<ContactFile>(read_problem(data("contact/pressed15_seq_s1.fcp")));
-  const Outcome run =
+  const ProgramResult run =
       thenar_program("solve --repeat 1 " + data("contact/pressed15_seq_s1.fcp") + " --write " + there.string());
   EXPECT_EQ(run.code, 0) << run.text;
   EXPECT_NE(run.text.find("holds one problem, which is step 0 of 50"), std::string::npos) << run.text;
@@ -155,7 +155,7 @@ TEST(Solve, RefusesWhatFclibCannotHold) {
   const fs::path out = scratch() / "out.hdf5", broken = scratch() / "broken.hdf5";
   std::ofstream(broken) << "no HDF5";
   const auto expect = [&](const std::string& arguments, int code, const std::string& what) {
-    const Outcome run = thenar_program("solve " + arguments);
+    const ProgramResult run = thenar_program("solve " + arguments);
     EXPECT_EQ(run.code, code) << run.text;
     EXPECT_NE(run.text.find(what), std::string::npos) << run.text;
     EXPECT_EQ(std::count(run.text.begin(), run.text.end(), '\n'), 1) << "nothing of HDF5's own: " << run.text;
@@ -196,10 +196,10 @@ TEST(Solve, GraspsOfContactsThatDiffer) {
     EXPECT_NEAR(result.at("objective"), 0.5 * (26.0 + 26.0) - 6.0 * 5.0 - 2.0 * 5.0, 1e-12);
   }
   // Each finger has to carry half of the load, and the second can carry nothing.
-  const Outcome none = thenar_program("solve --repeat 1 --method all " + file("[0.4, 0]", "2"));
+  const ProgramResult none = thenar_program("solve --repeat 1 --method all " + file("[0.4, 0]", "2"));
   EXPECT_NE(none.text.find("at frictions 0.4 and 0 contact"), std::string::npos) << none.text;
   EXPECT_NE(none.text.find("at every contact would do"), std::string::npos) << none.text;
-  const Outcome bad = thenar_program("solve " + file("[0.4, 0.3, 0.2]", "2"));
+  const ProgramResult bad = thenar_program("solve " + file("[0.4, 0.3, 0.2]", "2"));
   EXPECT_EQ(bad.code, 3);
   EXPECT_NE(bad.text.find("grasp.json: key 'mu': must be a number, or a list of 2 numbers"), std::string::npos);
 }
@@ -209,8 +209,8 @@ TEST(DumpProblems, WritesWhatTheRunSolved) {
   for (const std::string runner : {"", " --lockstep --control-delay 5ms --set 'time.control_period=3 ms'"}) {
     SCOPED_TRACE(runner);
     const fs::path folder = scratch() / "problems";
-    const Outcome run = thenar_program("run " + config("box_grasp.yaml") + " --time 0.11" + runner +
-                                       " --dump-problems " + folder.string() + " --dump-every 50");
+    const ProgramResult run = thenar_program("run " + config("box_grasp.yaml") + " --time 0.11" + runner +
+                                             " --dump-problems " + folder.string() + " --dump-every 50");
     ASSERT_EQ(run.code, 0) << run.text;
     EXPECT_NE(run.text.find("problems of one tick in 50"), std::string::npos) << run.text;
     std::vector<std::string> names;
@@ -238,8 +238,8 @@ TEST(DumpProblems, WritesWhatTheRunSolved) {
 // the program, and of signals.csv, which has nine digits.
 TEST(DumpProblems, WritesTheProblemOfAStiffnessThatTheRunSolved) {
   const fs::path folder = scratch() / "problems", out = scratch() / "out";
-  const Outcome run = thenar_program("run " + config("box_stiff.yaml") + " --time 0.6 --no-figures --out " +
-                                     out.string() + " --dump-problems " + folder.string() + " --dump-every 50");
+  const ProgramResult run = thenar_program("run " + config("box_stiff.yaml") + " --time 0.6 --no-figures --out " +
+                                           out.string() + " --dump-problems " + folder.string() + " --dump-every 50");
   ASSERT_EQ(run.code, 0) << run.text;
   const auto results = results_of("--repeat 1 --forces " + (folder / "muscle-000050.json").string());
   ASSERT_EQ(results.size(), 1U);
@@ -256,7 +256,7 @@ TEST(DumpProblems, WritesTheProblemOfAStiffnessThatTheRunSolved) {
 TEST(DumpProblems, NeedsAVirtualClock) {
   const fs::path folder = scratch() / "problems";
   const std::string dump = "run " + config("minimal.yaml") + " --time 0.01 --dump-problems " + folder.string();
-  const Outcome run = thenar_program(dump + " --realtime");
+  const ProgramResult run = thenar_program(dump + " --realtime");
   EXPECT_EQ(run.code, 2);
   EXPECT_NE(run.text.find("--dump-problems"), std::string::npos) << run.text;
   EXPECT_FALSE(fs::exists(folder));

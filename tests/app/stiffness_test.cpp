@@ -13,7 +13,7 @@ const std::string kStiff = " --set 'control.muscles={stiffness: 23.4}' --set obj
 
 TEST(Program, SaysHowStiffAnObjectIsHeld) {
   const std::string file = (scratch() / "stiffness.json").string();
-  const Outcome said = thenar_program("stiffness box_grasp --at '380 ms' --json " + file + kStiff);
+  const ProgramResult said = thenar_program("stiffness box_grasp --at '380 ms' --json " + file + kStiff);
   ASSERT_EQ(said.code, 0) << said.text;
   const auto figures = nlohmann::json::parse(read(file));
   EXPECT_EQ(figures.at("free"), "muscles");
@@ -34,21 +34,21 @@ TEST(Program, SaysHowStiffAnObjectIsHeld) {
   EXPECT_DOUBLE_EQ(along.at("near").at("asked").get<double>(), 0.99 * along.at("most").get<double>());
   EXPECT_GE(range.at("front").size(), 15U);
 
-  const Outcome alone = thenar_program("stiffness box_grasp --no-probe --at 0.38" + kStiff);
+  const ProgramResult alone = thenar_program("stiffness box_grasp --no-probe --at 0.38" + kStiff);
   EXPECT_EQ(alone.code, 0) << alone.text;
   EXPECT_EQ(alone.text.find("the first of them measured"), std::string::npos) << alone.text;
 }
 
 /// What `model: auto` leaves out has no stiffness either.
 TEST(Program, TellsNoStiffnessOfMusclesThatASceneDoesNotNeed) {
-  const Outcome said =
+  const ProgramResult said =
       thenar_program("stiffness box_grasp --no-probe --set model=auto --set 'time.duration=300 ms'" + kStiff);
   EXPECT_EQ(said.code, 2);
   EXPECT_NE(said.text.find("auto leaves out what this is about"), std::string::npos) << said.text;
 }
 
 TEST(Program, RefusesTheStiffnessOfMusclesWithoutIt) {
-  const Outcome stiffless = thenar_program("stiffness minimal"), none = thenar_program("stiffness leap_carry");
+  const ProgramResult stiffless = thenar_program("stiffness minimal"), none = thenar_program("stiffness leap_carry");
   EXPECT_EQ(stiffless.code, 2);
   EXPECT_NE(stiffless.text.find("name control.muscles.stiffness"), std::string::npos) << stiffless.text;
   EXPECT_EQ(none.code, 2);

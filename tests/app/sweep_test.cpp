@@ -24,14 +24,14 @@ TEST(SweepProgram, JudgesAsRunDoes) {
                                                           " --set object.points=2000 --set contact.level=2 --set "
                                                           "'time.duration=0.9 s'";
   const std::vector<std::string> frictions{"0.8", "0.3", "0.2"};
-  const Outcome swept = thenar_program(
+  const ProgramResult swept = thenar_program(
       "sweep " + scene + changes + " --vary contact.friction=0.8,0.3,0.2 --jobs 1 --out " + (folder / "rows").string());
   ASSERT_EQ(swept.code, 0) << swept.text;
   const std::string rows = read(folder / "rows/rows.csv");
   std::set<std::string> words;
   for (const std::string& friction : frictions) {
     const std::string out = (folder / friction).string();
-    const Outcome run =
+    const ProgramResult run =
         thenar_program("run " + scene + changes + " --quiet --set contact.friction=" + friction + " --out " + out);
     const auto grasp = nlohmann::json::parse(read(fs::path(out) / "summary.json")).at("grasp");
     const std::string word = grasp.at("outcome"), reason = grasp.at("reason");
@@ -67,11 +67,11 @@ TEST(SweepProgram, ARowWithoutMemoryIsNamedAndBlocksNothing) {
 
 TEST(SweepProgram, MakesOneTableForAnyNumberOfJobs) {
   const fs::path folder = scratch();
-  const Outcome one = thenar_program(sweep_command(folder / "one") + " --jobs 1");
+  const ProgramResult one = thenar_program(sweep_command(folder / "one") + " --jobs 1");
   ASSERT_EQ(one.code, 0) << one.text;
   EXPECT_NE(one.text.find("refused              2\nrows                12\n"), std::string::npos) << one.text;
   EXPECT_EQ(lines(folder / "one/rows.csv"), 1 + kRows);
-  const Outcome three = thenar_program(sweep_command(folder / "three") + " --jobs 3 --quiet");
+  const ProgramResult three = thenar_program(sweep_command(folder / "three") + " --jobs 3 --quiet");
   EXPECT_EQ(three.code, 0);
   EXPECT_EQ(three.text, "");
   EXPECT_EQ(read(folder / "one/rows.csv"), read(folder / "three/rows.csv"));
@@ -82,7 +82,7 @@ TEST(SweepProgram, MakesOneTableForAnyNumberOfJobs) {
   EXPECT_EQ(read(folder / "one/journal-0.jsonl"), journal);
   EXPECT_EQ(read(folder / "one/rows.csv"), table);
   // With a virtual clock it is another sweep.
-  const Outcome lockstep = thenar_program(sweep_command(folder / "one") + " --lockstep");
+  const ProgramResult lockstep = thenar_program(sweep_command(folder / "one") + " --lockstep");
   EXPECT_EQ(lockstep.code, 2);
   EXPECT_NE(lockstep.text.find("holds another sweep, with another 'runner'"), std::string::npos) << lockstep.text;
   EXPECT_EQ(read(folder / "one/rows.csv"), table);
@@ -137,7 +137,7 @@ TEST(SweepProgram, RefusesWhatIsNoSweep) {
   const std::string start = "sweep " + config("minimal.yaml") + " --out " + (folder / "out").string();
   EXPECT_EQ(thenar_program(start).code, 2);
   EXPECT_EQ(thenar_program(start + " --vary contact.friction=1:2").code, 2);
-  const Outcome typo = thenar_program(start + " --vary contact.frction=0.4,0.5");
+  const ProgramResult typo = thenar_program(start + " --vary contact.frction=0.4,0.5");
   EXPECT_EQ(typo.code, 2);
   EXPECT_EQ(typo.text, "--vary contact.frction: unknown key, did you mean 'contact.friction'?\n");
   EXPECT_FALSE(fs::exists(folder / "out")) << "something was begun";
@@ -161,7 +161,7 @@ TEST(SweepProgram, KilledItGoesOnWhereItStopped) {
   EXPECT_FALSE(fs::exists(out / "rows.csv"));
   // Killed in the middle of a line, too.
   std::ofstream(journal, std::ios::app) << R"({"row":11,"outcome":"he)";
-  const Outcome again = thenar_program(sweep_command(out, long_rows));
+  const ProgramResult again = thenar_program(sweep_command(out, long_rows));
   EXPECT_EQ(again.code, 0) << again.text;
   EXPECT_EQ(lines(journal), kRows + 1) << "a row ran twice";
   EXPECT_EQ(read(out / "rows.csv"), read(folder / "whole/rows.csv"));
@@ -169,7 +169,7 @@ TEST(SweepProgram, KilledItGoesOnWhereItStopped) {
 
 TEST(SweepProgram, InterruptedItSaysHowToGoOn) {
   const fs::path folder = scratch(), out = folder / "out";
-  const Outcome run = thenar_program(sweep_command(out, "100 s"), "timeout -s INT 1 ");
+  const ProgramResult run = thenar_program(sweep_command(out, "100 s"), "timeout -s INT 1 ");
   EXPECT_NE(run.text.find("the same command goes on"), std::string::npos) << run.text;
   EXPECT_FALSE(fs::exists(out / "rows.csv"));
 }

@@ -22,8 +22,8 @@ namespace {
 
 // Nobody could find the page.
 TEST(WindowProgram, EndsIfItsAddressCannotBePrinted) {
-  const Outcome run = thenar_program("demo " + config("minimal.yaml") + " --no-browser --port 0",
-                                     "timeout 60 sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - ");
+  const ProgramResult run = thenar_program("demo " + config("minimal.yaml") + " --no-browser --port 0",
+                                           "timeout 60 sh -c '\"$@\" 3>&1 >/dev/full 2>&3' - ");
   EXPECT_EQ(run.code, 3);
   EXPECT_NE(run.text.find("standard output: could not be written in full"), std::string::npos) << run.text;
 }
@@ -33,7 +33,7 @@ TEST(WindowProgram, RecordsOverNoInput) {
   std::filesystem::copy_file(config("minimal.yaml"), scene);
   std::filesystem::copy_file(config("hand.yaml"), scene.parent_path() / "hand.yaml");
   const std::string before = read(scene);
-  const Outcome run =
+  const ProgramResult run =
       thenar_program("demo " + scene.string() + " --no-browser --port 0 --record " + scene.string(), "timeout 60 ");
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(read(scene), before);
@@ -164,7 +164,7 @@ TEST(Demo, TakesATokenAndNames) {
   }
   for (const std::string wrong : {"--token short", "--token 'no blanks in a token'", "--allow-host http://localhost",
                                   "--allow-host localhost:0", "--allow-host '*'"}) {
-    const Outcome run = thenar_program(scene + wrong, "timeout 60 ");
+    const ProgramResult run = thenar_program(scene + wrong, "timeout 60 ");
     EXPECT_EQ(run.code, 2) << wrong;
     EXPECT_NE(run.text.find(wrong.substr(0, wrong.find(' '))), std::string::npos) << run.text;
   }
@@ -196,7 +196,7 @@ TEST(Demo, SaysWhatIsWrong) {
   EXPECT_EQ(thenar_program(scene + "--set object.mas=1").code, 2);
   EXPECT_EQ(thenar_program(scene + "--control-rate 8kHz").code, 2);
   Running demo("demo " + config("box_grasp.yaml") + " --port 0 --no-browser");
-  const Outcome taken = thenar_program(scene + "--port " + std::to_string(port_in(demo.line())));
+  const ProgramResult taken = thenar_program(scene + "--port " + std::to_string(port_in(demo.line())));
   EXPECT_EQ(taken.code, 4);
   EXPECT_NE(taken.text.find("--port"), std::string::npos) << taken.text;
 }
@@ -204,7 +204,7 @@ TEST(Demo, SaysWhatIsWrong) {
 #else
 
 TEST(Demo, SaysHowToBuildIt) {
-  const Outcome demo = thenar_program("demo " + config("box_grasp.yaml"));
+  const ProgramResult demo = thenar_program("demo " + config("box_grasp.yaml"));
   EXPECT_EQ(demo.code, 3);
   EXPECT_NE(demo.text.find("./dev demo"), std::string::npos) << demo.text;
 }

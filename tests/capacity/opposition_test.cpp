@@ -48,7 +48,7 @@ Hand pincers(double most_rad, bool oppose) {
 TEST(Opposition, PincersFaceEachOtherWhereTheirPulpsLookAtOneAnother) {
   // Both turned by a, the pulps look down by a from the line between them: up to 30 degrees that will do. They are
   // 100 mm - 2 * 50 mm sin a apart, less two radii.
-  const std::vector<Opposition> pairs = find_oppositions(pincers(0.5 * std::numbers::pi, true));
+  const std::vector<FacingFingers> pairs = find_oppositions(pincers(0.5 * std::numbers::pi, true));
   ASSERT_EQ(pairs.size(), 1U);
   EXPECT_EQ(pairs[0].one, 0);
   EXPECT_EQ(pairs[0].other, 1);
@@ -63,9 +63,9 @@ TEST(Opposition, PincersWhosePulpsLookAwayDoNot) {
 TEST(Opposition, TheThumbOfEveryHandThatComesWithTheProgramFacesAllFingers) {
   for (const char* name : {"three_finger", "human5", "leap", "allegro"}) {
     const Hand hand = load_hand(std::filesystem::path(THENAR_CONFIGS) / "hands" / (std::string(name) + ".yaml"));
-    const std::vector<Opposition> pairs = find_oppositions(hand);
+    const std::vector<FacingFingers> pairs = find_oppositions(hand);
     for (int k = 1; k < hand.fingers(); ++k) {
-      const bool faces = std::ranges::any_of(pairs, [&](const Opposition& p) { return p.one == 0 && p.other == k; });
+      const bool faces = std::ranges::any_of(pairs, [&](const FacingFingers& p) { return p.one == 0 && p.other == k; });
       EXPECT_TRUE(faces) << name << " " << hand.fingertips[k].finger;
     }
   }

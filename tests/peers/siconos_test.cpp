@@ -104,7 +104,7 @@ std::vector<fs::path> committed_problems() {
 /// Frames of the box grasp with so many contacts, in a folder of their own.
 std::vector<fs::path> frames(int contacts, const fs::path& folder) {
   const std::string most = std::to_string(contacts / 3), leaves = std::to_string(12 * (contacts / 3));
-  const Outcome run = thenar_program(
+  const ProgramResult run = thenar_program(
       "run " + config("box_grasp.yaml") + " --time 0.3 --quiet --set contact.max_per_finger=" + most +
       " --set fingertips.leaves=" + leaves + " --dump-problems " + folder.string() + " --dump-every 100");
   EXPECT_EQ(run.code, 0) << run.text;

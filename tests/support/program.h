@@ -9,13 +9,13 @@
 
 namespace thenar {
 
-struct Outcome {
+struct ProgramResult {
   int code;
   std::string text;  ///< What it printed, stdout and stderr together.
 };
 
 /// Runs the program; `before` may set environment variables.
-inline Outcome thenar_program(const std::string& arguments, const std::string& before = "") {
+inline ProgramResult thenar_program(const std::string& arguments, const std::string& before = "") {
   std::FILE* pipe = popen((before + std::string(THENAR_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
   std::string text;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
