@@ -164,7 +164,7 @@ PulpAnswer pulp_answer(const Model& model, const Frame& frame, const HandPose& p
     });
     const Vector3d d = one.point_m - patch.centre_m;
     for (int a = 0; a < (one.slides ? 1 : 3); ++a, ++rows) {
-      work.R.row(rows) << one.E_W.col(a).transpose(), d.cross(one.E_W.col(a)).transpose(),
+      work.R.row(rows).head<9>() << one.E_W.col(a).transpose(), d.cross(one.E_W.col(a)).transpose(),
           one.E_W.col(a).transpose() * tilt;
     }
   });
