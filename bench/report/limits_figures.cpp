@@ -84,7 +84,7 @@ std::vector<Stage> stages_of(const Workload& w, const std::vector<ContactComputa
   return {{"find", "which points might touch, and which sample is nearest: searches that branch", find,
            median_us(&Tick::find_s)},
           {"compliance", "gathering from the kernel of all control points", compliance, median_us(&Tick::compliance_s)},
-          {"assemble", "small matrices, a contact at a time; the hand's kinematics", assemble,
+          {"assemble", "small matrices, four contacts at a time; the hand's kinematics", assemble,
            median_us(&Tick::assemble_s)},
           {"solve", "contacts that do not bear, padding, conversions; the ledger and the commit", solve,
            median_us(&Tick::solve_s)},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 #include "engine/grasp/local_torus.h"
 
@@ -12,6 +13,7 @@ using Eigen::Vector3d;
 
 ContactGaps contact_gaps(std::span<const FrameContact> contacts, const Isometry3d& X_FO, const State& state,
                          const lanes::Vector& u_O) {
+  assert(!contacts.empty() && std::ssize(contacts) <= lanes::kLanes);
   const int last = static_cast<int>(std::ssize(contacts)) - 1;
   const std::array<const FrameContact*, lanes::kLanes> of = {&contacts[0], &contacts[std::min(1, last)],
                                                              &contacts[std::min(2, last)], &contacts[last]};
@@ -21,21 +23,22 @@ ContactGaps contact_gaps(std::span<const FrameContact> contacts, const Isometry3
   ContactGaps gaps;
   gaps.u_F = lanes::gather([&](int lane) { return displacement(state, *of[lane]); });
   const lanes::Vector p_F = vectors(&FrameContact::p_F), s_O = vectors(&FrameContact::s_O);
-  LocalTorus<lanes::Real> torus;
+  LocalTorus<lanes::Numbers> torus;
   torus.n = vectors(&FrameContact::n_O);
   // From the finger point to the surface point.
-  lanes::Vector way_O;
-  for (int r = 0; r < 3; ++r) way_O[r] = p_F[r] - gaps.u_F[r] - X_FO.translation()[r];
-  way_O = lanes::product(X_FO.linear().transpose(), way_O);
-  for (int r = 0; r < 3; ++r) way_O[r] = s_O[r] + u_O[r] - way_O[r];
+  lanes::Vector to_surface_O;
+  for (int r = 0; r < 3; ++r) to_surface_O[r] = p_F[r] - gaps.u_F[r] - X_FO.translation()[r];
+  to_surface_O = lanes::product(X_FO.linear().transpose(), to_surface_O);
+  for (int r = 0; r < 3; ++r) to_surface_O[r] = s_O[r] + u_O[r] - to_surface_O[r];
+  // A ring is curved less than its tube: without that it is a plane.
   if (std::ranges::all_of(of, [](const FrameContact* contact) { return contact->curvature_per_m == 0.0; })) {
-    gaps.gap_m = lanes::dot(torus.n, way_O);
+    gaps.gap_m = lanes::dot(torus.n, to_surface_O);
     gaps.n_F = lanes::product(X_FO.linear(), torus.n);
   } else {
     torus.t = vectors(&FrameContact::t_O);
     torus.tube_per_m = lanes::gather_numbers([&](int lane) { return of[lane]->curvature_per_m; });
     torus.ring_per_m = lanes::gather_numbers([&](int lane) { return of[lane]->ring_curvature_per_m; });
-    const TorusGap<lanes::Real> over = gap_to(torus, way_O);
+    const TorusGap<lanes::Numbers> over = gap_to(torus, to_surface_O);
     gaps.gap_m = over.gap_m;
     gaps.n_F = lanes::product(X_FO.linear(), over.n);
   }

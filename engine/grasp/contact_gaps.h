@@ -11,10 +11,10 @@
 namespace thenar {
 
 /// The gaps of up to four contacts of one finger, their points deformed as a state has them: one in each lane. Lanes
-/// beyond these repeat the last one.
+/// beyond these are of no use.
 struct ContactGaps {
   lanes::Vector u_F;  ///< The pulp's displacement; distal frame.
-  lanes::Real gap_m;
+  lanes::Numbers gap_m;
   lanes::Vector n_F;  ///< As ContactGap::n_F.
 };
 
@@ -23,8 +23,8 @@ struct ContactGaps {
 [[nodiscard]] ContactGaps contact_gaps(std::span<const FrameContact> contacts, const Eigen::Isometry3d& X_FO,
                                        const State& state, const lanes::Vector& u_O);
 
-/// Calls back with contacts that are in the lanes together, one to four of one finger: `use(first, these)`, with the
-/// index of their first. Requires contacts that are sorted by finger.
+/// Calls back with contacts that are in the lanes together, one to four of one finger: `use(first, block)`, with the
+/// index of the block's first.
 template <typename Use>
 void for_each_block(std::span<const FrameContact> contacts, const Use& use) {
   for (Eigen::Index first = 0, count = 0; first < std::ssize(contacts); first += count) {

@@ -105,13 +105,14 @@ void place_bodies(const Model& model, const HandPose& pose, const State& state, 
   }
 }
 
+// Inlined as a whole, lanes stay in registers between steps.
 [[gnu::flatten]] void find_gaps(const Model& model, const Frame& frame, const State& state,
                                 ContactKinematics& kinematics) {
   object_displacements(model, frame, state, kinematics.u_O);
   for_each_block(frame.contacts, [&](Index first, std::span<const FrameContact> block) {
     lanes::Vector u_O = {};
-    for (int lane = 0; lane < std::ssize(block) && model.soft_object(); ++lane) {
-      lanes::set(u_O, lane, kinematics.u_O.row(first + lane));
+    if (model.soft_object()) {
+      for (int lane = 0; lane < std::ssize(block); ++lane) lanes::set(u_O, lane, kinematics.u_O.row(first + lane));
     }
     const ContactGaps gaps = contact_gaps(block, kinematics.X_FO[block.front().finger], state, u_O);
     for (int lane = 0; lane < std::ssize(block); ++lane) {
@@ -130,13 +131,13 @@ void contact_kinematics(const Model& model, const Frame& frame, const HandPose& 
 
 namespace {
 
-/// The axes of up to four contacts: see ContactAxes.
+/// The axes of the gaps and slips of up to four contacts, distal frame, and their gaps along the first ones.
 struct LaneAxes {
-  lanes::Axes of_gap;  ///< Distal frame.
-  lanes::Real gap_m;   ///< In their units.
+  lanes::Axes of_gap;
+  lanes::Numbers gap_m;
 };
 
-/// Finds the axes of `count` contacts from `first` on, and sets those that the pulp's u has.
+/// Finds the axes of `count` contacts from `first` on, and sets what depends on them and the gaps alone.
 LaneAxes find_axes(const Model& model, const Frame& frame, const Isometry3d& X_FO, const State& state, Index first,
                    int count, ContactKinematics& kinematics) {
   const auto gap = [&](int lane) -> const ContactGap& {
@@ -166,7 +167,8 @@ LaneAxes find_axes(const Model& model, const Frame& frame, const Isometry3d& X_F
       of_object = &leaning.of_object;
     }
     if (model.soft_object()) {
-      const Matrix3d& E_O = kinematics.E_O[i] = X_FO.linear().transpose() * *of_object;
+      Matrix3d& E_O = kinematics.E_O[i];
+      E_O = X_FO.linear().transpose() * *of_object;
       kinematics.object_tensors.middleRows<3>(3 * i) = E_O.transpose() * object_tensor(model, contact);
       kinematics.u_object_m.col(i) = E_O.transpose() * kinematics.points[i].u_O;
     }
@@ -174,13 +176,14 @@ LaneAxes find_axes(const Model& model, const Frame& frame, const Isometry3d& X_F
   return axes;
 }
 
-/// J_k of points c, in each lane: columns.
-std::array<lanes::Vector, GroupedDelassus::kOwn> joint_columns(const Hand& hand, const HandPose& pose, int k,
+/// J_k of points c of the first `count` lanes: its columns.
+std::array<lanes::Vector, GroupedDelassus::kOwn> joint_columns(const Hand& hand, const HandPose& pose, int k, int count,
                                                                const lanes::Vector& c_W) {
   const Fingertip& tip = hand.fingertips[k];
   std::array<lanes::Vector, GroupedDelassus::kOwn> J;
   if (tip.followers > 0 || hand.slides) {
-    for (int lane = 0; lane < lanes::kLanes; ++lane) {
+    J = {};
+    for (int lane = 0; lane < count; ++lane) {
       const FingerJacobian of_lane = finger_jacobian(hand, pose, k, lanes::get(c_W, lane));
       for (int j = 0; j < GroupedDelassus::kOwn; ++j) lanes::set(J[j], lane, of_lane.col(j));
     }
@@ -195,6 +198,7 @@ std::array<lanes::Vector, GroupedDelassus::kOwn> joint_columns(const Hand& hand,
 
 }  // namespace
 
+// Likewise.
 [[gnu::flatten]] void find_jacobians(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                                      ContactKinematics& kinematics) {
   const Hand& hand = model.scene.hand;
@@ -212,16 +216,17 @@ std::array<lanes::Vector, GroupedDelassus::kOwn> joint_columns(const Hand& hand,
     lanes::write(E_W, count, kinematics.E_W[first].data());
     lanes::write(c_W, count, kinematics.c_W[first].data(), 3);
 
-    const auto J = joint_columns(hand, pose, k, c_W);
+    const auto J = joint_columns(hand, pose, k, count, c_W);
     const lanes::Vector r = lanes::minus(c_W, state.X_WO.translation());
     for (int axis = 0; axis < 3; ++axis) {
       const lanes::Vector &e = E_W[axis], turn = lanes::cross(r, e);
       lanes::write(std::array{-lanes::dot(e, J[0]), -lanes::dot(e, J[1]), -lanes::dot(e, J[2]), -lanes::dot(e, J[3])},
                    count, kinematics.J_finger.row(3 * first + axis).data(), 3 * GroupedDelassus::kOwn);
-      lanes::write(std::array{e[0], e[1], e[2], turn[0], turn[1], turn[2], lanes::Real{}, lanes::Real{}}, count,
+      lanes::write(std::array{e[0], e[1], e[2], turn[0], turn[1], turn[2], lanes::Numbers{}, lanes::Numbers{}}, count,
                    kinematics.J_object.row(3 * first + axis).data(), 3 * GroupedDelassus::kPadded);
     }
-    for (Index i = first; i < first + count && kinematics.J_fifth.size() > 0; ++i) {
+    if (kinematics.J_fifth.size() == 0) return;
+    for (Index i = first; i < first + count; ++i) {
       const Vector3d fifth = hand.fingertips[k].joints > 4
                                  ? Vector3d(finger_jacobian(hand, pose, k, kinematics.c_W[i]).col(4))
                                  : Vector3d::Zero();

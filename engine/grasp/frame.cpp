@@ -1,7 +1,6 @@
 #include "engine/grasp/frame.h"
 
 #include <algorithm>
-#include <array>
 
 #include "engine/grasp/local_torus.h"
 

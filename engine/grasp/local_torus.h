@@ -12,15 +12,15 @@ struct LocalTorus {
   Number tube_per_m, ring_per_m;  ///< Curvatures, > 0 convex; 0 of a plane and a rod.
 };
 
-/// A point's distance from it, and its normal into the object where the point's foot is: at a centre of curvature
-/// shorter than 1.
+/// The signed distance of a point from a torus, and the torus's normal into the object at the point's foot; at a centre
+/// of curvature it is shorter than 1.
 template <typename Number>
 struct TorusGap {
   Number gap_m;
   lanes::VectorOf<Number> n;
 };
 
-/// How a point stands to a circle of curvature k that goes through the origin, from which it is `over_m` above the
+/// Tells where a point is to a circle of curvature k that goes through the origin, from which it is `over_m` above the
 /// tangent and off the normal by a length with this square: (R + gap)^2 = (R + over)^2 + off^2, solved for the gap
 /// without a difference of large numbers.
 template <typename Number>
@@ -35,15 +35,16 @@ struct OverCircle {
   Number gap_m;
 };
 
-/// way_m: from the point to the surface point.
+/// Computes the gap of a point. `to_surface_m` leads from the point to the contact's surface point, object frame. It is
+/// inlined in the lanes' loop, where a call would store them all.
 template <typename Number>
 [[gnu::always_inline]] inline TorusGap<Number> gap_to(const LocalTorus<Number>& torus,
-                                                      const lanes::VectorOf<Number>& way_m) {
+                                                      const lanes::VectorOf<Number>& to_surface_m) {
   // In the plane of n and n x t the ring is a circle, over which the point is `gap_m` with the normal m. In the plane
   // of m and t the tube is one.
-  const Number over_m = lanes::dot(torus.n, way_m), along_m = lanes::dot(torus.t, way_m);
+  const Number over_m = lanes::dot(torus.n, to_surface_m), along_m = lanes::dot(torus.t, to_surface_m);
   lanes::VectorOf<Number> across_m;
-  for (int r = 0; r < 3; ++r) across_m[r] = way_m[r] - over_m * torus.n[r] - along_m * torus.t[r];
+  for (int r = 0; r < 3; ++r) across_m[r] = to_surface_m[r] - over_m * torus.n[r] - along_m * torus.t[r];
   const OverCircle<Number> ring(torus.ring_per_m, over_m, lanes::dot(across_m, across_m));
   const OverCircle<Number> tube(torus.tube_per_m, ring.gap_m, along_m * along_m);
   const Number of_m = (1.0 + torus.tube_per_m * ring.gap_m) / (tube.root * ring.root),
