@@ -34,6 +34,7 @@ struct CurvedGrasp {
     forward_kinematics(loop.model.scene.hand, loop.state.q, pose);
     frame = loop.frame;
     for (FrameContact& contact : frame.contacts) bend(contact);
+    carry_loads(loop.model, frame, loop.state);
   }
 
   void bend(FrameContact& contact) {
