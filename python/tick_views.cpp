@@ -73,7 +73,7 @@ py::object SeenTick::value(const TickField& field, py::handle owner) {
   const bool is_there = field.is_in(view_.model);
   if (!is_there && field.from == From::kState) return py::none();
   if (!is_number(field.of) && owner && field.at != nullptr && field.from == From::kTick) {
-    const Place place = field.at(view_);
+    const FieldNumbers place = field.at(view_);
     if (field.of == Of::kPose) return python::view(place.first, {4, 4}, {1, 4}, owner);
     const py::ssize_t rows = is_there ? place.rows : 0;
     if (place.columns == 1) return python::view(place.first, {rows}, {place.stride}, owner);
