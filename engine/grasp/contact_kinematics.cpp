@@ -198,7 +198,7 @@ std::array<lanes::Vector, GroupedDelassus::kOwn> joint_columns(const Hand& hand,
 
 }  // namespace
 
-// Likewise.
+// Inlined as a whole, as find_gaps().
 [[gnu::flatten]] void find_jacobians(const Model& model, const Frame& frame, const HandPose& pose, const State& state,
                                      ContactKinematics& kinematics) {
   const Hand& hand = model.scene.hand;
