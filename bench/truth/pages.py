@@ -1,5 +1,7 @@
 """The truth bench as a part of the report: tables of rows that truth.py measured, and speed against accuracy."""
 
+import math
+
 import engines
 import tasks
 
@@ -80,6 +82,12 @@ def figure(kind, task, title, caption, **more):
     return {"kind": kind, "id": f"truth_{task}", "title": title, "caption": caption, "runs": "", **more}
 
 
+def less_time(task):
+    """Which engines are given less time for a task, in words."""
+    given = [f"{name} {peer['creep_s']} s" for name, peer in engines.PEERS.items() if peer.get("creep_s", math.inf) < task["changes"]["duration"]]
+    return f" As they are slow, less time: {', '.join(given)}." if given and task["measure"] == "creep" else ""
+
+
 def case_table(rows, task, cases, title, shared=()):
     """A row an engine's setting, a column a case."""
     kinds = [kind for kind in rows.kinds if any(rows.get(task["name"], kind, case) for case in cases)]
@@ -87,7 +95,7 @@ def case_table(rows, task, cases, title, shared=()):
     for kind in kinds:
         first = rows.of_kind(kind)
         made.append([name_of(first), kind[1], settings_of(first), *(cell(rows.get(task["name"], kind, case)) for case in cases)])
-    return figure("table", title.lower().replace(" ", "_").replace(",", ""), title, task["about"],
+    return figure("table", title.lower().replace(" ", "_").replace(",", ""), title, task["about"] + less_time(task),
                   columns=["engine", "setting", "settings", *(label(case, shared) for case in cases)], rows=made)
 
 

@@ -2,7 +2,9 @@
 """Gives tasks with exact answers to Thenar and to what others would take instead."""
 
 import argparse
+import concurrent.futures
 import json
+import math
 import os
 import statistics
 import sys
@@ -16,42 +18,56 @@ import tasks
 STORED = Path(__file__).resolve().parent / "stored.json"
 
 
+def changes_of(engine, task):
+    """What a task changes in its worlds. A slow engine is given less time for what only drifts, which pages.py tells."""
+    longest = engine.peer.get("creep_s", math.inf) if task["measure"] == "creep" else math.inf
+    return {**task["changes"], "duration": min(task["changes"]["duration"], longest)}
+
+
 def measure(engine, setting, task, case):
     """What a task finds of an engine in a case: {measure: value}, or {"error": text}."""
-    world = lambda **more: tasks.world_of(case, engine, setting, **task["changes"], **more)
+    world = lambda **more: tasks.world_of(case, engine, setting, **changes_of(engine, task), **more)
     try:
         return tasks.JUDGES[task["measure"]](engine, world, task)
     except RuntimeError as error:
         return {"error": str(error)}
 
 
-def wants(engine, setting, task):
-    return task["name"] in engine.peer["settings"][setting].get("only", [task["name"]])
-
-
 def measure_all(task, running, say):
-    """Rows of all engines at all settings. Timed tasks go round by round, so that none has the machine at its best."""
-    rows = {}
-    for _ in range(task.get("rounds", 1)):
-        for engine in running:
-            for setting in engine.peer["settings"]:
-                for case in task["cases"] if wants(engine, setting, task) else []:
-                    key = (engine.name, setting, json.dumps(case))
-                    rows.setdefault(key, []).append(measure(engine, setting, task, case))
-                    say(task, engine, setting, case, rows[key][-1])
-    made = []
-    for (name, setting, case), found in rows.items():
-        values = found[0] if len(found) == 1 else {"us": statistics.median(f["us"] for f in found)}
-        made.append({"task": task["name"], "engine": name, "setting": setting, "case": json.loads(case), "values": values})
-    return made
+    """Rows of all engines at all settings. What is not timed runs on all processors; what is timed goes round by round on
+    one, so that no engine has the machine at its best."""
+    timed, values = task["measure"] == "speed", {}
+
+    def measure_cases(of):
+        engine, setting = of
+        found = []
+        if task["name"] in engine.peer["settings"][setting].get("only", [task["name"]]):
+            for case in task["cases"]:
+                found.append((case, measure(engine, setting, task, case)))
+                say(task, engine, setting, *found[-1])
+        return found
+
+    turns = running * task.get("rounds", 1)
+    with concurrent.futures.ThreadPoolExecutor(1 if timed else os.cpu_count()) as pool:
+        for (engine, setting), found in zip(turns, pool.map(measure_cases, turns)):
+            for case, value in found:
+                values.setdefault((engine.name, setting, json.dumps(case)), []).append(value)
+    return [{"task": task["name"], "engine": name, "setting": setting, "case": json.loads(case),
+             "values": {"us": statistics.median(f["us"] for f in found)} if len(found) > 1 else found[0]}
+            for (name, setting, case), found in values.items()]
+
+
+def each_once(running):
+    """The engines, at the first of their settings."""
+    return [engine for engine, setting in running if setting == next(iter(engine.peer["settings"]))]
 
 
 def measured(running, quick):
     """What a part of the report says of how it was measured."""
-    ours = next((engine for engine in running if engine.build), None)
+    ours = next((engine for engine in each_once(running) if engine.build), None)
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     model = next((line.split(": ", 1)[1] for line in lines if line.startswith("model name")), "an unknown processor")
-    peers = ", ".join(engine.version for engine in running if engine is not ours)
+    peers = ", ".join(engine.version for engine in each_once(running) if engine is not ours)
     return {**(ours.build if ours else {}), "machine": model, "threads": os.cpu_count(), "peers": peers, "quick": quick}
 
 
@@ -67,7 +83,7 @@ def with_stored(rows, chosen):
 def store(rows, running):
     """Renews what is stored of the engines that ran; the others keep theirs."""
     before = json.loads(STORED.read_text()) if STORED.exists() else {"engines": {}, "rows": []}
-    ran = {engine.name: engine.version for engine in running if not engine.peer.get("ours")}
+    ran = {engine.name: engine.version for engine in each_once(running) if not engine.peer.get("ours")}
     kept = [row for row in before["rows"] if row["engine"] not in ran]
     made = {"engines": {**before["engines"], **ran}, "rows": kept + [row for row in rows if row["engine"] in ran]}
     STORED.write_text(json.dumps(made, separators=(",", ":")).replace('{"task"', '\n{"task"') + "\n")
@@ -97,7 +113,8 @@ def main():
         return 2
     if missing:
         print(f"truth: not here, and shown as stored: {', '.join(missing)}", file=sys.stderr)
-    running = [engines.Engine(name, command, out / "truth") for name, command in commands.items()]
+    running = [(engines.Engine(name, command, out / "truth" / f"{name} {i}"), setting)
+               for name, command in commands.items() for i, setting in enumerate(engines.PEERS[name]["settings"])]
 
     def say(task, engine, setting, case, values):
         if options.task:
@@ -108,7 +125,7 @@ def main():
         start = time.monotonic()
         rows += measure_all(tasks.task(name, options.quick), running, say)
         print(f"truth: {name}, {time.monotonic() - start:.0f} s", file=sys.stderr)
-    for engine in running:
+    for engine, _ in running:
         engine.close()
     if options.store:
         store(rows, running)
