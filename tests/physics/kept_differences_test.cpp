@@ -17,8 +17,8 @@ struct Case {
 
 // What the sweeps of earlier ticks have shown of W saves sweeps, on the way and at rest, and is no part of a result: the
 // object goes where it goes if each tick learns anew. Sweeps are 0.47, 0.57 and 0.59 of those without it. Residuals of
-// 1e-7, of free motions of some 10 um a tick, leave 1e-12 m a tick, which hardly add up over 1000 ticks of a path that is
-// controlled.
+// 1e-7, of free motions of some 10 um a tick, leave 1e-12 m a tick, which hardly add up over 1000 ticks of a path that
+// is controlled.
 TEST(KeptDifferences, SaveSweepsAndMoveNothing) {
   const std::vector<Case> cases{{"box_grasp", {kCoarseBox}, 0.1, 0.65},
                                 {"box_grasp", {kCoarseBox, "task={}"}, 0.5, 0.75},
