@@ -15,9 +15,9 @@ struct Case {
   double most;  ///< Of the sweeps that are taken without the differences of earlier ticks, where 1 would save nothing.
 };
 
-// What the sweeps of earlier ticks have shown of W saves sweeps, on the way and at rest, and is no part of a result: the
-// object goes where it goes if each tick learns anew. Sweeps are 0.47, 0.57 and 0.59 of those without it. Residuals of
-// 1e-7, of free motions of some 10 um a tick, leave 1e-12 m a tick, which hardly add up over 1000 ticks of a path that
+// What the sweeps of earlier ticks have shown of W saves sweeps, on the way and at rest, and is no part of a result:
+// the object goes where it goes if each tick learns anew. Sweeps are 0.47, 0.57 and 0.59 of those without it.
+// Residuals of 1e-7, of free motions of some 10 um a tick, leave 1e-12 m a tick, which hardly add up on a path that
 // is controlled.
 TEST(KeptDifferences, SaveSweepsAndMoveNothing) {
   const std::vector<Case> cases{{"box_grasp", {kCoarseBox}, 0.1, 0.65},
