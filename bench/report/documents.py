@@ -38,7 +38,7 @@ def readme_table(parts, dates):
         raise analysis.ReportError("no table of published times: the README keeps its table; `./dev bench published` measures it")
     lines = [[row["name"], *(_time(row[key]) for key in ("published", "here", "p99")), row["accuracy"]] for row in rows]
     part = next(part for part in parts if part["part"] == "published")
-    return (table(["", "published", "here, median", "here, p99", "accuracy here"], lines)
+    return (table(["computation", "published", "here, median", "here, p99", "accuracy here"], lines)
             + f"\n\nMeasured on {_measured_on(part['measured'])}, {_days(dates)}. [All tables](docs/measured.md).")
 
 
