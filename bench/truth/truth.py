@@ -36,7 +36,7 @@ def measure(engine, setting, task, case):
 def measure_all(task, running, say):
     """Rows of all engines at all settings. What is not timed runs on all processors; what is timed goes round by round on
     one, so that no engine has the machine at its best."""
-    timed, values = task["measure"] == "speed", {}
+    rounds, values = task.get("rounds", 1), {}
 
     def measure_cases(of):
         engine, setting = of
@@ -47,8 +47,8 @@ def measure_all(task, running, say):
                 say(task, engine, setting, *found[-1])
         return found
 
-    turns = running * task.get("rounds", 1)
-    with concurrent.futures.ThreadPoolExecutor(1 if timed else os.cpu_count()) as pool:
+    turns = running * rounds
+    with concurrent.futures.ThreadPoolExecutor(1 if rounds > 1 else os.cpu_count()) as pool:
         for (engine, setting), found in zip(turns, pool.map(measure_cases, turns)):
             for case, value in found:
                 values.setdefault((engine.name, setting, json.dumps(case)), []).append(value)
