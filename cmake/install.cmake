@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What `cmake --install` puts where, in two components: `program` (the programs, scenes, the page) and `dev` (headers, libraries,
 # how find_package() finds them). `cpack` makes a Debian package of each.
 include(GNUInstallDirs)

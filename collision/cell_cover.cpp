@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "collision/cell_cover.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "collision/mesh_edges.h"
 
 #include <Eigen/Geometry>

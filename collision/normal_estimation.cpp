@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "collision/normal_estimation.h"
 
 #include <Eigen/Eigenvalues>

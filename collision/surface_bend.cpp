@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "collision/surface_bend.h"
 
 #include <Eigen/Geometry>

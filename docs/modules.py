@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes docs/MODULES.md of the headers: for each room a table of its modules, each with its main declaration and the
 first sentence of that declaration's comment.
 

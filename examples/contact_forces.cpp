@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two contacts with friction between a block and the floor, by the solver of the contact tick: which forces keep the
 // block from sinking in, and how far does it slide? It links thenar::grasp, which needs Eigen alone.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A controller of your own: the hand as a spring that keeps a box at its place. Pushed with F, it gives way by F / K.
 
 #include <algorithm>

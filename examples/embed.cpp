@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a program of yours runs a grasp: load a scene, tick, read the state.
 
 #include <cstdio>

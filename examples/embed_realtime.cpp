@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a real-time thread of yours, here a haptic device's, holds an object by a spring: it calls contact_step at its
 // own rate, and another thread calls control_step.
 

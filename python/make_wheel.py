@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes a wheel (PEP 427) of the installed package: make_wheel.py <folder of thenar> <folder for the wheel>.
 
 The shared libraries that Debian has and others may not lie in thenar/libs, where the module looks first.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solvers/grasp_forces.h"
 
 #include <Eigen/Geometry>

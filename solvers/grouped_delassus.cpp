@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solvers/grouped_delassus.h"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """No function that a tick calls comes from a room that is optimised less.
 
 An inline function, or one made from a template, is in every object that uses it and does not inline it, and the linker

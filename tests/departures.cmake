@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # docs/DEPARTURES.md names where each equation of the paper is, as `file:function`. Fails on a file that is not there,
 # on a name that is not in its file, and on an equation that is missing. Run in the project's root: cmake -P
 # tests/departures.cmake

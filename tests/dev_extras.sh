@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # `./dev extras` where no package is a Chromium, as on Ubuntu: it says so, and installs all the rest. Nothing is
 # installed here: apt-get is a script of ours.
 set -euo pipefail

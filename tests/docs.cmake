@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The documents name what is there. Fails on a relative link that leads nowhere, on a source file in backticks that does not
 # exist, on a `./dev` command that dev does not know, on a file of an example command that is missing, on a README of more than
 # 140 lines, without the table's markers or with another example than the built one, and on a version in CITATION.cff that is not the project's.
@@ -103,8 +104,9 @@ foreach(marker begin end)
   endif()
 endforeach()
 
-# The example of embedding is shown as it is built and run: in the README from its main on, in the guide whole.
+# The example of embedding is shown as it is built and run: in the README from its main on, in the guide but for its licence.
 file(READ examples/embed.cpp example)
+string(REGEX REPLACE "^// SPDX[^\n]*\n" "" example "${example}")
 string(FIND "${example}" "int main" main)
 foreach(shown README.md:${main} docs/guide/embed.md:0)
   string(REGEX MATCH "(.+):(.+)" _ ${shown})

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is built under a prefix, moves it elsewhere, and tries it as one who has it from a package: the program finds its
 # scenes, a project outside builds the examples, the core needs Eigen alone, another instruction set is refused in words, and
 # nothing holds a path of the build. Run by ctest:

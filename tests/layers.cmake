@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Reads every #include of the sources and fails on one that points the wrong way, or on a third party that enters a room
 # by another door than its own. Run in the project's root: cmake -P tests/layers.cmake
 cmake_minimum_required(VERSION 3.25)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One name is one type: no two headers or sources define a type of the same name in the same namespace. Where both are in
 one program, the linker keeps one of the functions that templates make of them, such as those of std::vector, for
 both types, which writes beyond the smaller one. Run in the project's root: python3 tests/names.py. It first checks that

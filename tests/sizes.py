@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
 """What keeps the source small enough to be read: no file above 500 lines, no function above 60, no line above 120
-columns, and no two modules that include one another, however many lie between. A module is a header with
-its source. Run in the project's root: python3 tests/sizes.py. It first checks that it finds long functions."""
+columns, no source without its licence in its first lines, and no two modules that include one another, however many lie
+between. A module is a header with its source. Run in the project's root: python3 tests/sizes.py. It first checks that it finds long functions."""
 
 import re
 import sys
@@ -11,6 +12,8 @@ ROOMS = ["solvers", "solvers/muscles", "collision", "collision/solids", *(f"engi
     "recordings", "studies", "sweeps", "stiffness", "capacity", "problems", "insertion", "figures", "imports")),
     "app", "app/run", "app/studies", "app/window", "python"]
 NARROW = ["solvers", "collision", "engine", "app", "python", "tests", "bench", "examples"]  # Their lines are counted.
+LICENSED = [*NARROW, "cmake", "docs"]
+LICENCE = "SPDX-License-Identifier: Apache-2.0"
 MOST_IN_FILE, MOST_IN_FUNCTION, MOST_COLUMNS = 500, 60, 120
 # They hold a table, which may be as long as it is: of keys, of fields, or of measures.
 TABLES = {"engine/scenes/keys.cpp", "engine/results/tick_fields.cpp", "engine/results/run_measures.cpp"}
@@ -96,6 +99,11 @@ def main():
             includes.setdefault(module, set()).update(name for name in named if name != module)
         if not list(Path(room).glob("*.cpp")):
             faults.append(f"{room} has no sources")
+    for folder in LICENSED:
+        for file in sorted(file for kind in ("h", "cpp", "py", "pyi", "js", "mjs", "css", "cmake", "txt")
+                           for file in Path(folder).rglob(f"*.{kind}") if kind != "txt" or file.name == "CMakeLists.txt"):
+            if LICENCE not in file.read_text(encoding="utf-8")[:200]:
+                faults.append(f"{file} does not name its licence: {LICENCE}")
     for folder in NARROW:
         for file in sorted([*Path(folder).rglob("*.h"), *Path(folder).rglob("*.cpp")]):
             lines = file.read_text(encoding="utf-8").splitlines()

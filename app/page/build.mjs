@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bundles the page into one html file: node build.mjs SOURCE NODE_MODULES GUIDES OUT.html
 // GUIDES is docs/guide, of which the page has its texts.
 

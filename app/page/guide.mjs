@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What docs/guide says of the parts of the page, and of keys and mouse: {parts, inputs}.
 
 /** The rows of the table below a heading of Markdown, without header and marks. */

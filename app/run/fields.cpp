@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/run/fields.h"
 
 #include <fmt/format.h>

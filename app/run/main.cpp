@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program `thenar`: it runs scenes and says what they may name. What takes longer to be built than that is another
 // program, which this one becomes when it is asked for: the first run of a scene does without.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program `thenar-studies`, which `thenar` becomes for all that asks more of a scene than one run.
 
 #include "app/host.h"

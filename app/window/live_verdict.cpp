@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/window/live_verdict.h"
 
 #include <fmt/format.h>

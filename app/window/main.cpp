@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
 
 #include <fcntl.h>

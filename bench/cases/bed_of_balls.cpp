@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/cases/bed_of_balls.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/cases/edge_ways.h"
 
 #include <algorithm>

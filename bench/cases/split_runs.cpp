@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/cases/split_runs.h"
 
 #include <Eigen/Geometry>

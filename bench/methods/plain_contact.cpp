@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/methods/plain_contact.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the report is made of and what it concludes: nothing here draws. figure.h has the format of a part."""
 
 import itertools

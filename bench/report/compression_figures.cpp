@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What could be left out of the compliance among many contacts: near ones exact, far ones by clusters.
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact solvers on random families, from grasps to what breaks solvers: how many problems are solved in which time,
 // and what becomes of the rest.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact forces: error against time of every solver at its settings, cold and warm.
 
 #include <fmt/format.h>

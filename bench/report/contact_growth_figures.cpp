@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How time and memory of the contact solvers grow with contacts and fingers.
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How true friction and force are on surfaces that are curved otherwise one way than the other, that are known by
 // triangles or points alone, or that are smaller than a pulp.
 //   curved_surface_figures [--quick] FILE.json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report's tables as Markdown: docs/measured.md, and the table of the README between its markers."""
 
 import datetime

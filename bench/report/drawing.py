@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws the figures of the report with gnuplot: every panel is an SVG of its own, so that a page can set them side by
 side or one below the other. Readable in black and white: markers beside colours, hatches in maps."""
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a hand gets back that takes an object over a pulp, across edges, corners and rims, and how evenly it goes.
 //   edges_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an environment costs a contact tick, over its contacts.
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The margin that a grip keeps over a friction that it is not told, and the slip until it has found it.
 //   felt_margin_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distances from a surface and the contacts of three fingertips: speed against accuracy, ours beside distance grids and
 // other projects', judged against objects whose distances are known exactly.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grasps that are found: 200 random objects, what becomes of each grasp in the engine, the time of finding, how the
 // friction that a grasp is said to need compares with the least one that it holds with, and where there are none.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How time and memory grow with what a scene is made of: contacts, samples of the object, control points.
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report in a few lines, from the figures that have them: a line whose figure is missing is left out."""
 
 import re

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a peg goes into a hole in a hand: the push against Whitney's theory, and where it jams, wedges and slips.
 //   insertion_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far each stage of a contact computation is from what the machine could do at most.
 
 #include <fmt/format.h>

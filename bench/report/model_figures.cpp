@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part "model" of the report: what each part of the model costs and how much error it removes, scene by scene, and
 // what `model: auto` makes of it.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where sticking ends and how exactly: creep at rest, the limits of friction, and the convergence of what patches do
 // with steps, samples and control points.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Muscle forces: error against time, verdicts, growth.
 
 #include <fmt/format.h>

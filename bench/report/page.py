@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report as one page of HTML: nothing in it comes from elsewhere, and it needs no script."""
 
 import re

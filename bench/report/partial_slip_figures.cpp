@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a fingertip feels of its patch under a growing pull, against Cattaneo and Mindlin: how much of the patch sticks,
 // when the rim slips first, and the friction that is felt there.
 //   partial_slip_figures [--quick] FILE.json

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // At which delays and gains the loop of the object's pose swings, against the limits of a delayed integrator.
 //   pose_loop_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The published timing table of Rougeron et al. 2006 beside ours: the same computations on the same sizes, with the
 // accuracy that ours are had at, and what of the ratio is the hardware's.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fingertips against Hertz's contact: kernels and numbers of control points by the error of the force and the time of
 // the solve.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Step sizes, rates and settings for the whole grasp: the error of the object's path and of the fingers' forces,
 // against the finest run, over what a simulated millisecond costs. All on the virtual clock and one thread: errors are
 // the same in every run.

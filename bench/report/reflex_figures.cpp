@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a grip that answers to touch can hold, against what first-order mechanics say: slip over latency, the largest
 // load and the least friction.
 //   reflex_figures [--quick] FILE.json

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws the report of all parts in a folder: report.py FOLDER writes FOLDER/report.html. With a second folder, the
 project's root, it also writes docs/measured.md there, and the README's table."""
 

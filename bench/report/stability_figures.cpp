@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where methods fail: what becomes of the grasp of configs/box_grasp.yaml over pairs of settings, by our method and by
 // the plain ones that it replaces; and how far each of its settings may go.
 //   stability_figures [--quick] FILE.json

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What stiffness muscles can give a grasp, and at which effort: the front, ways that are not on it, and where it ends.
 //   stiffness_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is said of tasks in phases, against where the object is at the end: random variations of three scenes.
 //   task_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How well the predicted stiffness of grasps that nobody tuned agrees with probes.
 //   untuned_stiffness_figures [--quick] FILE.json
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an environment costs a contact tick: that of the box grasp with 60 contacts while the box is on its way, over a
 // bed of so many balls that press against it from below. Take many repetitions in turns,
 //

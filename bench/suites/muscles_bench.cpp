@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What muscles that act cost a contact tick: that of the box grasp while the box is on its way, at 60 contacts, with
 // muscles that only share the torques out, with muscles that have stiffness, and with such that take time as well. The
 // ticks are not the same, so sweeps are told beside the time. Take many repetitions in turns,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What Python costs: a step, a batch of 1000, a law, many simulations on two cores, a law that stalls in real time.
 
 Each figure is beside what the engine takes alone, in turns, and beside the proof that both did the same; in real time

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Our solvers on the problems of the box grasp as recorded, and on problem files with known answers: time with the
 // accuracy it was had at, cold and warm, for who tunes them. Names read problem kind / problems / method / start. Other
 // settings, other projects and random problems are in the report (bench/report).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What touch costs a contact tick: that of the box grasp while the box is on its way, at 60 contacts, with what
 // fingertips feel and without. Both make the same ticks, to the last bit, again and again. The difference is a
 // hundredth of a tick: take many repetitions in turns,

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Whether Thenar holds to the bars of bars.json: bars.py BUILD. Each is asked of the program that the truth bench gives
 its tasks to, and judged by the object's motion."""
 

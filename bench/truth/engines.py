@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The programs that worlds are given to, and what comes back: a Run, whose rows no engine has judged."""
 
 import json

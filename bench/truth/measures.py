@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is measured of a run, the same way for every engine: from the object's motion, the fingers' and the loads."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The truth bench as a part of the report: tables of rows that truth.py measured, and speed against accuracy."""
 
 import math

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws one held box in MuJoCo and in Thenar, side by side, as both moved it: picture.py BUILD FILE.svg."""
 
 import sys

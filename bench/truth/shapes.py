@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Worlds whose object is a mesh or a scan of the same solid: files beside the world, which only some engines read."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tasks as data: a file of tasks/ names worlds, what is varied, and which of the functions below judges a run."""
 
 import itertools

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Gives tasks with exact answers to Thenar and to what others would take instead."""
 
 import argparse

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Worlds as data: a file of worlds/ with its parameters, whose numbers may be formulas of them, becomes a world that
 bench/truth/peers/peer.h describes. Its critical friction, the least that Coulomb's law needs to hold, is exact."""
 

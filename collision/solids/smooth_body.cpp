@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "collision/solids/smooth_body.h"
 
 #include <Eigen/Geometry>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/capacity/force_limit.h"
 
 #include <Eigen/QR>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/control/control_tick.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/environment/environment.h"
 
 #include "engine/environment/minimum_jerk.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/figures/body_picture.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/formats/checksum.h"
 
 #include <boost/crc.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/formats/fclib_file.h"
 
 #include <Eigen/SparseCore>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/formats/gltf_file.h"
 
 #include <Eigen/Geometry>

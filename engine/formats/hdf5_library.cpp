@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/formats/hdf5_library.h"
 
 #ifdef THENAR_HDF5

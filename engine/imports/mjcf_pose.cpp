@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/imports/mjcf_pose.h"
 
 #include <fmt/format.h>

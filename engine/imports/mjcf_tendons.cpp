@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/imports/mjcf_tendons.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/insertion/peg_theory.h"
 
 #include <Eigen/LU>

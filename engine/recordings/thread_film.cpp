@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/recordings/thread_film.h"
 
 namespace thenar {

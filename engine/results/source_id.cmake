@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Writes HEADER with the commit of SOURCE; with VERSION, where there is no git or no repository of our own.
 set(id "")
 if(GIT AND EXISTS ${SOURCE}/.git)

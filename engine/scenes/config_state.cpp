@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/scenes/config_state.h"
 
 #include <fmt/format.h>

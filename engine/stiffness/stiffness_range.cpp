@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/stiffness/stiffness_range.h"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/studies/model_parts.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A first grasp: three fingertips hold a box and carry it 20 mm sideways. Draws its path and how far it is off."""
 import sys
 from pathlib import Path

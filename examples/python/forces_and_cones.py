@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Forces in friction cones: what is planned for three fingers, and what each contact of their pulps bears."""
 import sys
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a grip can bear: a box of many masses is carried with many frictions, and the map says what became of each."""
 import sys
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A controller of your own: the hand as a spring that keeps a box at its place, in one loop and in real time.
 
 Pushed with a force F, a spring of stiffness K gives way by F / K: the picture shows how near the box comes to it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An object of your own: a mesh of an egg is written, a grasp of it is found, and the hand lifts it by 10 mm."""
 import sys
 import tempfile

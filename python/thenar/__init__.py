@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Thenar: a hand that holds an object, in real time.
 
     import thenar

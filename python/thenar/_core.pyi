@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Types of the compiled part. What things mean is said by their docstrings: help(thenar.Simulation)."""
 from os import PathLike
 from pathlib import Path

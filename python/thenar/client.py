@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A client of a running window, `thenar demo`, over the socket of docs/reference/window.md. It needs numpy alone.
 
     with connect("http://127.0.0.1:8470/?token=...") as window:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a notebook shows of a simulation and of a recording: the window's page."""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The small problems of a control period, as functions of arrays."""
 from __future__ import annotations
 

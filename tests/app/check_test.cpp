@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar check`.
 
 #include <gtest/gtest.h>

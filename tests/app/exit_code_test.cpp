@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the program ends with after a run, and why.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The figures of a run: when they are drawn, and that they are this run's.
 
 #include <gtest/gtest.h>

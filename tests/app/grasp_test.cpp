@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar new` and `thenar grasp`.
 
 #include <gtest/gtest.h>

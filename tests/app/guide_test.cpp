@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The guides of own objects and hands: a new user's shell, with every command as it is printed.
 
 #include <gtest/gtest.h>

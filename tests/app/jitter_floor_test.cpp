@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar run --realtime --floor`: the machine's own jitter and ours.
 
 #include <gtest/gtest.h>

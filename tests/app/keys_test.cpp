@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `thenar keys`, `thenar fields` and `thenar schema` print, and that the documents made of it are up to date.
 
 #include <gtest/gtest.h>

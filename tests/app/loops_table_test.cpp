@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a run of two loops prints of its times.
 
 #include <gtest/gtest.h>

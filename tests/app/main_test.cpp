@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program as a user meets it: what it prints, what it writes, and how it refuses bad input.
 
 #include <gtest/gtest.h>

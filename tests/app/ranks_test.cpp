@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar sweep` under MPI.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two loops as a user meets them: what `run --realtime` and `run --lockstep` print, write and refuse.
 // Counts and forms are asserted, never times.
 

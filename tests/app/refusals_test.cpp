@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the program says to bad inputs: one clear line, from which they can be mended. The table is in refused_*.h.
 
 #include <gtest/gtest.h>

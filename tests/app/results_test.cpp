@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where results go, and what becomes of them where they cannot be written.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flags of the two loops that are refused, by name.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `thenar solve` says of an answer.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar solve` and `thenar run --dump-problems` as a user meets them: right verdicts, residuals of the problem as
 // given, verdicts in words, and broken input refused.
 

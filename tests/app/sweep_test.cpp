@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar sweep` as a user meets it: one table whoever makes it, and nothing lost when it is killed.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What `thenar export` makes of a recording, as NumPy and a reader of OpenSim's storages have it: python3 tables_test.py
 THENAR CONFIGS. Ends with 77 where there is no NumPy (Debian: python3-numpy)."""
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `thenar demo` as a user meets it, where the live window is built.
 
 #include <arpa/inet.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The common part of the truth bench's programs in JavaScript, judged by closed forms through a tiny engine: one free
 // body, whose speeds follow the wrench.
 

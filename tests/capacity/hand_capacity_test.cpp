@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest forces that muscles can give.
 
 #include "engine/capacity/hand_capacity.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which fingers of a hand can face each other.
 
 #include "engine/capacity/opposition.h"

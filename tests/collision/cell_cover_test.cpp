@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What part of a cell a solid reaches into, and how deep, is what a fine grid of lines says, and changes smoothly.
 
 #include "collision/cell_cover.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Exact shapes of all kinds with samples of their surfaces, and the textbook's formulas for them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What meshes of several solids, of doubled faces and with holes enclose, held against their formulas.
 #include <gtest/gtest.h>
 

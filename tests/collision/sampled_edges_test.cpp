@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What samples say of edges: there are some where faces meet, however bluntly, and none on what is round.
 
 #include <gtest/gtest.h>

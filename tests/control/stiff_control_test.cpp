@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/control/stiff_control.h"
 
 #include <gtest/gtest.h>

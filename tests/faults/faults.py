@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs every command of the program under faults, and holds what comes of it against what it does without.
 
 faults.py THENAR LIBRARY [--seconds S] [--seed N] [--out FOLDER]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Preloaded into a program, makes calls of the C library fail as the system might:
 //     FAULT=CALL:ERRNO:AT[:once]
 // From the AT-th CALL on (counted from 1; with `once`, at that one alone) it fails with this errno. Files alone are

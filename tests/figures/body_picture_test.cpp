@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outlines of bodies: they lie on the bodies' surfaces, and near.
 
 #include "engine/figures/body_picture.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The picture of a grasp: whatever the number of fingers, all panels lie in the picture, and none on another; nor does
 // a force's label on another's.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the finder does with a hand in which joints follow others.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/finder/grasp_deficit.h"
 
 #include <gtest/gtest.h>

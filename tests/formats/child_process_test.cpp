@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work in a child process: what it gives comes back whole, and however the child ends, this process goes on.
 
 #include "engine/formats/child_process.h"

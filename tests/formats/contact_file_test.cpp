@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recorded contact problems: what is written is read back to the last bit, and what is broken is refused in words that
 // say where.
 

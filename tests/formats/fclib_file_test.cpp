@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contact problems in the format of FCLIB: its library reads what we write and we read what it writes, both to the last
 // bit; a global problem is the local one that it stands for; what is broken is refused in words that say where.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files as others may leave or change them: nothing of theirs is lost, and no reading or writing is half done
 // unnoticed.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One solid, as the files of many programs hold it: its volume and centroid are those of the formulas.
 #include <gtest/gtest.h>
 

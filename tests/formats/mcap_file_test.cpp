@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The layout is that of the MCAP specification (mcap.dev/spec); that other readers agree is tested with theirs, beside
 // the page.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Problem files: what is written is read back to the last bit, and what is broken is refused in words that say where.
 
 #include "engine/formats/problem_file.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One mesh in every format is one surface: to the last bit, for the vertices here are numbers of single precision.
 #include <gtest/gtest.h>
 

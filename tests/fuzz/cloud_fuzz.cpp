@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the bytes of a file that ends in THENAR_ENDING: a cloud that a surface can be made of, or a FileError.
 #include <cmath>
 #include <cstdlib>

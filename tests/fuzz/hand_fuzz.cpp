@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the text of a hand: a hand whose names can be shown, a ConfigError or a FileError.
 #include <cstdlib>
 

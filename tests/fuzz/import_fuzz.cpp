@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the text of an MJCF or URDF file: a hand that its hand file holds, a ConfigError or a FileError. The first
 // line may be a comment that names the tips: <!--tips a=b,c=d-->.
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever a page sends: a message, or a refusal with a reason.
 #include <cmath>
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the text of a scene's name: it is refused, or all that is made of it is made: the messages of a window, the
 // summary, a recording that is read back, and a problem file that is read back with the same name.
 #include <cstdlib>

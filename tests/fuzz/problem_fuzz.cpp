@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the bytes of a problem file that ends in THENAR_ENDING: a problem, or a FileError.
 #include "engine/formats/files.h"
 #include "engine/formats/problem_file.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the bytes of a recording: what replaying it and exporting it take from it, or a FileError.
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the text of a scene, and of the changes that --set makes to it: a scene, a ConfigError or a FileError. The
 // changes stand after the text, each behind a line's end and "--set ".
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the bytes of a connection: the server answers or ends it, and goes on. A first byte 'W' asks for the
 // WebSocket first; '@' in a request stands for the server's port, '#' for its token.
 #include <boost/asio/buffer.hpp>

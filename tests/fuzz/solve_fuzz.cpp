@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever the bytes of a problem file: every method that applies solves it, says that it cannot, or the file is
 // refused. The first byte says which kind of file the rest is.
 #include <cstdlib>

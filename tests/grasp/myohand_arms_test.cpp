@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moment arms of the human hands beside those of MyoHand, by which their tendons were laid: over the range of each
 // joint, and of both joints of a knuckle or of the thumb's root together.
 #include <gtest/gtest.h>

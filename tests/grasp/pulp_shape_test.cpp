@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pulps that are ellipsoids and capsules: their surfaces, control points, and where they touch.
 
 #include "collision/pulp_shape.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands from MJCF and URDF: what is read, what is refused and with which words.
 
 #include "engine/imports/hand_import.h"

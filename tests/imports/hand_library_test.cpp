@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hands of configs/hands.
 
 #include <gtest/gtest.h>

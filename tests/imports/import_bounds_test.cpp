@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of hands that ask for more than they are: of the stack, of memory, of time.
 
 #include <gtest/gtest.h>

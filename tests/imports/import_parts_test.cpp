@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parts of MJCF and URDF files that change places, masses, forces and ties; their laws are in MuJoCo's XML reference.
 
 #include <gtest/gtest.h>

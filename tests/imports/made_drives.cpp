@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Made hands with tendons, actuators and couplings.
 
 #include "tests/imports/made_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/imports/made_hands.h"
 
 #include "tests/imports/made_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands that are made by seeds, with the parts that files of hands have, against MuJoCo, which reads the same files:
 // where their pulps are, limits, weights, couplings, moment arms and forces of muscles.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Made hands in URDF.
 
 #include "tests/imports/made_parts.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Imported hands against MuJoCo, which reads the same files: where fingertips are, how tendons wrap, and their moment
 // arms.
 

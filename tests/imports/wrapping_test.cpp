@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Strings around spheres and cylinders.
 
 #include "engine/imports/wrapping.h"

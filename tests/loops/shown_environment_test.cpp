@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is shown of bodies around the object.
 
 #include "engine/loops/shown_environment.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Meshes as users bring them: in millimetres, far from their frame's origin, without any symmetry. A grasp of each is
 // found, and held its object when it was tried.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ellipsoids and capsules pressed on a plane, and a capsule across a cylinder: Hertz's elliptic contact.
 
 #include <gtest/gtest.h>

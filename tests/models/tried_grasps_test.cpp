@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grasps that are tried before they are offered, and fingers that settle: engine/finder/rehearse.h and settle.h, on
 // models of scenes.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Siconos solves the contact problems that we write, which FCLIB's own library reads, and finds the forces that we do;
 // and we read what it writes.
 

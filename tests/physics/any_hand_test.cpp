@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands of any size: the laws of a tick, for hands that are made at random.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What patches do converges: with the step, and with control points as the cap grows along.
 
 #include <gtest/gtest.h>

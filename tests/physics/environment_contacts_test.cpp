@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "engine/environment/environment_contacts.h"
 
 #include <gtest/gtest.h>

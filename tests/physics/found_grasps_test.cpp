@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the finder promises holds in the engine: random objects that it grasps, one of each kind, are carried by 20 mm
 // and pushed by 0.5 N. A step of force may ask a muscle for more than its limit for some milliseconds: that loses
 // nothing.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands of other kinds, and a grasp that is found: human5, LEAP, Allegro and the published hand hold an object, carry
 // it and turn it as box_grasp does, in one loop, with frames that come late, and in real time.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contacts that finding by points can miss: plates thinner than a pulp gives way, needles and rims finer than the
 // spacing of control points, edges. One finger, the thumb, which nothing moves, against an object that moves as its
 // damping lets it and does not turn.

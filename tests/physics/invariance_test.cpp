@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nothing depends on where the world's axes are, on left and right, or on the units that lengths, forces and times
 // are in.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What rests has to stay where it is: a box on a slope that friction holds, and one over a table's edge.
 
 #include <gtest/gtest.h>

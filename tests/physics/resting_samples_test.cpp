@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Objects that samples stand for rest where exact ones do.
 
 #include <gtest/gtest.h>

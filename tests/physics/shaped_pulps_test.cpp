@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands with pulps that are ellipsoids and capsules: they find a grasp of a box, hold it, carry it and turn it as
 // spheres do; as rigid ones, too, and mirrored.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the split gains and loses against one loop that does everything at every step. The reference of each comparison
 // steps and finds contacts every 50 or 100 us, with the control period and delay of the runs. Errors are rms over the
 // run, and the bounds on their ratios are the promises made; measured ratios are twice as good or better.

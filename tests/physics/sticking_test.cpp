@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A finger that sticks stays where it is: on curved objects, too, whatever the solver reports. All is judged by how the
 // bodies and the pulps have moved.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // To feel changes nothing: what fingertips feel is read off the state, and a reflex that nothing wakes leaves forces as
 // they are.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an answer is worth: nothing is missed, and what is wrong is missed by as much as it is wrong.
 
 #include "engine/problems/problem_check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a run hands over as its problems is what it solved.
 
 #include "engine/problems/problem_dump.h"

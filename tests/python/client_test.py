@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """python/thenar/client.py against the program: client_test.py THENAR-WINDOW CONFIGS [unittest's arguments]"""
 
 import importlib.util

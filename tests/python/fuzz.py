@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calls the package with what nobody should give it, for so many seconds: fuzz.py [seconds] [seed].
 
 Whatever is given, a call returns or raises; it never crashes, and a simulation that refused something goes on. Under

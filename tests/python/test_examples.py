@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The examples in Python, and the programs that the documents show: each runs as it is shown, says what it should, and
 draws its picture. Ends with 77 where numpy or, for an example, matplotlib is missing.
 

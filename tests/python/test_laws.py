@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One's own controller: the published one given as functions, and what else may be in its place."""
 import subprocess
 import sys

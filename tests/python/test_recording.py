@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recordings: what a run shows is what is read back."""
 import base64
 import html

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scenes: names, changes, and every fault with its place."""
 import os
 import pathlib

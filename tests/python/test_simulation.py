@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Simulations: the program's bits, views of the engine's memory, what one may not do."""
 import csv
 import ctypes

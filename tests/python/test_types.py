@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package's types: its stubs name what is there, and the examples are right by them (mypy --strict).
 
 Ends with 77 where mypy or numpy is missing.

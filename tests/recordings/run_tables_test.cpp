@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What NumPy and a parser of OpenSim's storages make of the files is tested with them, in tests/app/export_test.cpp.
 
 #include "engine/recordings/run_tables.h"

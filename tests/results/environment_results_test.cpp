@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a run tells of what is around the object.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a run tells of its muscles: the forces that acted, and those that were asked for.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One list of fields, of which all that is said of a tick is made.
 
 #include "engine/results/tick_fields.h"

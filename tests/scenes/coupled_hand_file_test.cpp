@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hand files with joints that follow others: what is read, and what is refused with which words.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pulps in a hand file: spheres, ellipsoids and capsules, and what is refused.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grasp forces where each contact has a friction and a squeeze of its own.
 
 #include <gtest/gtest.h>

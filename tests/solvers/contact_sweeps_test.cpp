@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all sweeps share: which problems they admit, the local step, and the memory of the fast ones. They are run by
 // the solver of gauss_seidel.h, whose laws gauss_seidel_test.cpp has.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where contacts coincide or lie on a line, and other units, axes and points that torques are taken about: a reduced
 // grasp is the same. By the forces that are found on it.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes tests/data/stiff_muscles.json: least muscle effort under an object stiffness, by an interior-point method that
 shares nothing with the solver. The problems are drawn from seeds by the generator of bench/cases/stiff_problems.h, which
 is written here once more; only what was found of them is in the file. Needs numpy alone, and takes some minutes:

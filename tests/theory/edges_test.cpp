@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pulp and a rigid object without friction are one energy: whatever way the object is taken over edges, corners and
 // rims, the hand that moves it gets back what it gave. And forces at edges are those of an elastic half space.
 

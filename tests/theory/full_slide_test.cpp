@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A surface that slides under a pulp bears Coulomb's friction in every point, against the surface's own normal there,
 // which is known by a formula that the engine does not use.
 

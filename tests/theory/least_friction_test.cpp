@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rigid fingertips on a solid with a formula hold what Coulomb's law lets them hold, and no more: however coarse the
 // samples, and in whichever direction the load acts.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Edges of meshes cost and give no energy either: over those of prisms, however blunt, chamfers, and the rims of holes.
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lies on bodies of the environment rests, rolls and is pushed as statics and kinematics have it, however its
 // edges lie, and however fast bodies come.
 

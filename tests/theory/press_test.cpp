@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a pulp bears of a ball, a rod or a bar that is pressed into it rises with the depth, whatever its size, and is
 // what Hertz's theory says.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pads hold a rod or an ellipsoid up to Coulomb's limit and not beyond it. Normals fan out around what is round, so
 // that the pads press it with more than their forces: by how much is summed here over Hertz's pressure.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // In the scenes that come with the program every contact on a smooth face is inside Coulomb's cone about the face's own
 // normal, and on the face.
 

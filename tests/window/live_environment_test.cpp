@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Friction and compliance of bodies around the object, changed while it runs.
 
 #include <gtest/gtest.h>

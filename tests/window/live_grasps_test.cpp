@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Grasps that a page has searched for while the scene runs, and has run.
 
 #include "app/window/live_grasps.h"

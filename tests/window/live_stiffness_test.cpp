@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A stiffness of the object that is chosen by hand while its grasp runs.
 
 #include <gtest/gtest.h>

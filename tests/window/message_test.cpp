@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever a page sends: a message whose numbers are within their ranges, or a refusal with a reason.
 
 #include "app/window/message.h"

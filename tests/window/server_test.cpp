@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server as pages meet it, also those that mean it ill. Clients are real ones, over the loopback.
 
 #include "app/window/server.h"

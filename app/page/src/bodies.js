@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is around the object: the bodies of its environment, and their forces on it.
 
 import {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures and films of the view with its labels, as files.
 
 const kFilm_Hz = 30;

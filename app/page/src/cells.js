@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cells of a pulp's contact points in the small views: which stick, which are at the limit of friction, and which slip.
 
 import {BufferAttribute, CircleGeometry, Color, ConeGeometry, Group, InstancedMesh, Matrix4, MeshBasicMaterial, Quaternion, Vector3} from 'three';

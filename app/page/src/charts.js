@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plots: lines over time, a trail of accuracy against time, a histogram. The drawing is uPlot's.
 
 import uPlot from 'uplot';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Estimates another clock from round trips: an answer says what it read somewhere between question and answer, so the
 // shortest of them is off by half its length at most.
 

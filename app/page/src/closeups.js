@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Each pulp as the object sees it, in small views over the picture.
 
 import {DirectionalLight, OrthographicCamera, Vector3} from 'three';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Colours that mean something, the same in the picture and in the panels.
 
 import {Color} from 'three';

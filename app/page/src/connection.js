@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The way to the simulation: finds it again when it is lost, asks for states, sends what hands do.
 
 import {RemoteClock} from './clock.js';

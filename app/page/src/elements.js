@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Elements of the panels.
 
 export const byId = (id) => document.getElementById(id);

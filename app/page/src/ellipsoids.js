@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stiffness of the object in the hand, along axes and about them: an ellipsoid of glass is what there is, rings around
 // its centre are what is asked for.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Forces: an arrow and a cone for each contact, an arrow for each finger with the desired one behind it, and the spring of a pull.
 
 import {Color, Group, Vector3} from 'three';

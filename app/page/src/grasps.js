@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The grasps that a search has found: what it is doing, a card for each grasp, and what to do with it.
 
 import {fixed} from './format.js';

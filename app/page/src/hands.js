@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands on the object: pulling, pushing, moving and turning its target.
 
 import {Matrix4, Vector3} from 'three';

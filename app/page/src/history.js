@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What plots over time remember: the least and the largest value of each span of time, in so many spans that a plot
 // shows them all. So a spike is kept, and neither memory nor drawing grow with the time that is looked at.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Labels over the picture, that follow places in it.
 
 import {Vector3} from 'three';

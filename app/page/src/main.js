@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page of thenar's live window; docs/reference/window.md says what it talks.
 
 import {Capture} from './capture.js';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads the records of an MCAP file (mcap.dev, version 0): in chunks, compressed by zstd or not, or without chunks.
 
 import {decompress} from 'fzstd';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads the messages of docs/reference/window.md. Where a number lies is told by the scene's tables, not by this file.
 
 const kMagic = 0x524e4854; // "THNR", little-endian

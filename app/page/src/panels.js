@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The panels: what the numbers of a state say, ten times a second.
 
 import {AccuracyTrail, LatencyChart, TimeChart} from './charts.js';

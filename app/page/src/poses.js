@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of messages as vectors and matrices.
 
 import {Vector3} from 'three';

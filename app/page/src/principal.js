@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Principal stiffnesses: eigenvalues and axes of a symmetric matrix of three rows.
 
 const kPairs = [[0, 1], [0, 2], [1, 2]];

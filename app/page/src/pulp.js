@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A fingertip: its surface moved by -u, coloured by pressure.
 
 import {BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshLambertMaterial, Vector3} from 'three';

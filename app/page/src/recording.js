@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A recording, ready to be shown: every state with the scene, geometry and status that hold then.
 
 import {readMcap} from './mcap.js';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plays a recording: shows its newest frame at a time that runs, stands, or is set.
 
 const kFrame_ms = 33;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Many rods, arrows or cones in one or two calls each, and a coil.
 
 import {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Controls for what may be changed while it runs: those that the scene's message names. They follow the status; a change
 // is sent when the hand lets go.
 

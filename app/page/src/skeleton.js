@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bones, and muscles along them.
 
 import {CapsuleGeometry, Color, Group, LatheGeometry, Matrix4, Mesh, MeshLambertMaterial, SphereGeometry, Vector2, Vector3}

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A surface of points with normals, drawn as small discs that lie in it: thirty thousand of them are one call.
 
 import {BufferAttribute, BufferGeometry, Color, Points, ShaderMaterial} from 'three';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The panel of a stiffness that is chosen: what is asked for, by hand while it runs, what there is, what lacks, what it costs.
 
 import {bar, byId, element, setText} from './elements.js';

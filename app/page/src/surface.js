@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The object: as a closed surface, where the message has one, else as discs at its samples.
 
 import {BufferAttribute, BufferGeometry, Color, Mesh, MeshLambertMaterial} from 'three';

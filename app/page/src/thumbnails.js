@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small pictures of grasps that were found: the hand on the object, as it would begin.
 
 import {Color, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the parts of the page are, and what keys and mouse do: from docs/guide/window.md, of which build.mjs makes GUIDE.
 
 /* global GUIDE */

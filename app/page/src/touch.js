@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The panel of touch: what each fingertip feels, and what the grip makes of it. Of scenes that name touch.
 
 import {TimeChart} from './charts.js';

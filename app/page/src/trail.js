@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The way that the object has gone, and its target's.
 
 import {BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Points, PointsMaterial} from 'three';

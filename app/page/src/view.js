@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From where a grasp is seen, and in which light.
 
 import {DirectionalLight, HemisphereLight, Vector3} from 'three';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the picture shows: buttons for it, and a slider for how much deformation is exaggerated.
 
 import {hasBodies} from './bodies.js';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bodies around the object: what is drawn of them is as large as they are.
 //     node --test bodies.test.mjs
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A headless Chromium for tests of the page.
 
 import {spawnSync} from 'node:child_process';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A connection to the program behind the page without a browser: what asks for states, and what misbehaves.
 
 import {createHash, randomBytes} from 'node:crypto';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The 3-D topics of a recording, drawn by what their schemas say alone: entities in their frames, nothing of Thenar's own.
 //     node drawn.mjs THENAR CONFIGS [PICTURE.png [RECORDING.mcap]]
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window as someone who uses it meets it: a real browser before a real simulation.
 //     node live.mjs THENAR-WINDOW CONFIGS [FOLDER FOR SCREENSHOTS]
 

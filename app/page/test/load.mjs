@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Does the contact loop notice who watches? Its compute time with a page that renders on the same cores over that
 // without, in turns in one session.
 //     node load.mjs THENAR-WINDOW CONFIGS [PAIRS] [SECONDS]

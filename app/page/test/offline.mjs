@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recordings in a browser: exported, cut off, and served.
 //     node offline.mjs THENAR CONFIGS
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program behind the page, started and ended by tests.
 
 import {spawn} from 'node:child_process';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recordings as other programs read them: by the format's own reader, and every message against its schema.
 //     node recordings.mjs THENAR CONFIGS
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An hour as a user's worst day: pages come and go, settings change at random, hands pull and poke, other work takes
 // both cores half of the time, and everything is recorded. Memory must stay flat, no frame may be lost, the grasp must
 // hold.

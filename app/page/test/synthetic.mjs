@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small made-up grasp in the format of docs/reference/window.md, and a recording of it.
 
 const kFields = [

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bullet, double precision. Settings: `iterations` of its sequential impulses, `two_directions` of friction, and
 // `dantzig` for its direct solver.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DART. Setting: `bullet` takes Bullet's collision detector in place of the default one.
 
 #include <dart/collision/bullet/bullet.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Jolt, of its own package jolt-physics, in single precision. Settings:
 //   velocity_steps, position_steps   of its solver, 10 and 2 by default.
 //   collision_steps                  Step()'s second argument: parts of a step, 1 by default.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // MuJoCo of the C library. Settings are the attributes of <option>, and cone: 1 for an elliptic one.
 
 #include <fmt/format.h>

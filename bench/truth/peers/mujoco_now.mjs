@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The current MuJoCo, of Google DeepMind's own package @mujoco/mujoco, in double precision; mujoco.cpp asks Debian's.
 // Settings are the attributes of <option>, and cone: 1 for an elliptic one. Its manual's advice, "Preventing slip" in
 // the chapter on modeling: an elliptic cone, a larger impratio, then noslip_iterations.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ODE, double precision. Settings: `iterations` takes dWorldQuickStep with so many in place of dWorldStep.
 // Contacts' friction is a pyramid along two axes (dContactApprox1), as its manual advises for Coulomb's law.
 

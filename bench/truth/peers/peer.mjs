@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the programs of engines in WebAssembly have in common, as peer.h and peer.cpp are for those in C++:
 // bench/truth/truth.py hands each of them worlds, and reads what became of the object. This file knows no engine, and
 // no engine's file knows a task. Usage of each: node ENGINE.mjs NODE_MODULES, worlds as lines on standard input.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PhysX, of the package physx-js-webidl, in single precision. Settings:
 //   tgs                                        1 for the solver TGS in place of PGS.
 //   position_iterations, velocity_iterations   of the solver, 4 and 1 by default, 255 at most.

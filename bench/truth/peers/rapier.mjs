@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rapier, of its own package @dimforge/rapier3d-compat, in single precision. Settings:
 //   length_unit         lengthUnit [m], the size of usual objects: lengths that it allows (a gap of 2 cm is a contact
 //                       to come, 1 mm of depth is left) are so many of these. Its default is 1.

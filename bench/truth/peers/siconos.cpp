@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Siconos: rigid bodies of its mechanics part, Moreau-Jean's scheme, contacts from its Bullet manager (which Debian
 // builds in single precision), all as its runner of mechanical scenes sets them up: theta 0.50001, Newton's loop to
 // 1e-10 within 20 iterations, nonsmooth Gauss-Seidel, corners rounded by 2 % of a shape's smallest size. Settings:

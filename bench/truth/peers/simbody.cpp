@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simbody: compliant contacts. Materials (1e8 Pa, a dissipation of 100 s/m) are those that Gazebo gives it by
 // default; the transition velocity of friction (1 mm/s) and the implicit integrator of CPodes, at an accuracy of
 // 1e-3, those of its examples of contact. A step is what lies between two reports: it has no other. Hertz' law

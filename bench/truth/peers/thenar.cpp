@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Thenar, as its users write such a world: a scene of fingertips on slides.
 
 #include <fmt/format.h>
