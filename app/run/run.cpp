@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/exit_code.h"
+#include "app/kept_rates.h"
 #include "app/progress.h"
 #include "app/results.h"
 #include "app/run/jitter_floor.h"
@@ -220,9 +221,6 @@ int run(const Options& options) {
   begin_recording(options, model, film);
   const RealtimeRun run = run_to_end(options, model, state, watch.progress(), film ? &*film : nullptr, dump);
   watch.end();
-  if (in_realtime(options)) {
-    for (const std::string& lag : lags(model, run)) std::cerr << "warning: " << lag << '\n';
-  }
 
   Attempts results;
   if (film) results.attempt([&] { finish_recording(*film, run.recording); });
@@ -230,6 +228,9 @@ int run(const Options& options) {
   const ordered_json summary = summary_of(options, model, run, floor, measures);
   const bool has_signals = write_numbers(options, model, run, summary, results);
   print_answer(options, measures, summary, run, dump);
+  if (in_realtime(options)) {
+    for (const std::string& reason : rates_not_kept(summary)) std::cerr << "warning: " << reason << '\n';
+  }
   if (dump != nullptr) results.attempt([&] { dump->finish(); });
   const int code = report_verdict(model.scene, run.recording.verdict);
   const bool was_stopped = stop_is_asked();  // Then the verdict says so.

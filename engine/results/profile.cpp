@@ -263,39 +263,6 @@ void add_loops(const Model& model, const RealtimeRun& run, ordered_json& summary
   summary["hold"] = hold(profile);
 }
 
-std::vector<std::string> lags(const Model& model, const RealtimeRun& run) {
-  const LoopProfile& profile = run.profile;
-  std::vector<std::string> sentences;
-  const auto kept = [](std::int64_t done, std::int64_t slipped) {
-    return static_cast<double>(done) / std::max(1.0, static_cast<double>(done + slipped));
-  };
-  const double contact = kept(run.report.ticks, run.report.slipped);
-  if (contact < kKeptShare) {
-    const Percentiles us = percentiles(collect(profile.contact(), &ContactTrace::compute_us));
-    const Percentiles count = percentiles(collect(profile.contact(), &ContactTrace::contacts));
-    sentences.push_back(fmt::format(
-        "this machine kept {:.0f} % of the contact ticks, and simulated time lags behind: a tick takes {:.0f} "
-        "us in the median and {:.0f} us in one of a hundred, of {:.0f} us, with {:.0f} contacts",
-        100.0 * contact, us.p50, us.p99, 1e6 * model.scene.step_s, count.p50));
-  }
-  const double control = kept(std::ssize(profile.control()), profile.control_slipped());
-  if (control < kKeptShare) {
-    const std::pair<const char*, float ControlTrace::*> stages[] = {{"finding contacts", &ControlTrace::find_us},
-                                                                    {"their compliance", &ControlTrace::factors_us},
-                                                                    {"the grasp's forces", &ControlTrace::grasp_us},
-                                                                    {"the muscles' forces", &ControlTrace::muscle_us}};
-    const auto median_us = [&](float ControlTrace::*us) { return percentiles(collect(profile.control(), us)).p50; };
-    const auto& most =
-        *std::ranges::max_element(stages, {}, [&](const auto& stage) { return median_us(stage.second); });
-    sentences.push_back(
-        fmt::format("this machine kept {:.0f} % of the control ticks, and frames are older than they should be: a tick "
-                    "takes {:.0f} us in the median, of {:.0f} us, and {} the most of it, {:.0f} us",
-                    100.0 * control, percentiles(collect(profile.control(), &ControlTrace::total_us)).p50,
-                    1e6 * model.scene.control_period_s, most.first, median_us(most.second)));
-  }
-  return sentences;
-}
-
 std::optional<std::string> lost_records(const ThreadsReport& report) {
   if (report.lost_samples + report.lost_control_samples == 0) return std::nullopt;
   return fmt::format("the records of {} contact and {} control ticks were lost: nobody saw what they did",

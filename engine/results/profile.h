@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "engine/grasp/model.h"
 #include "engine/loops/threads.h"
@@ -87,10 +86,6 @@ struct RealtimeRun {
 [[nodiscard]] nlohmann::ordered_json summarize(const Model& model, const RealtimeRun& run);
 /// Adds what the two loops did to the measures of the run's recording, which makes it the same.
 void add_loops(const Model& model, const RealtimeRun& run, nlohmann::ordered_json& summary);
-
-/// Returns the reasons why simulated time lags behind: a sentence for each loop that did not keep kKeptShare of its
-/// ticks, with how long they take, and what takes the most of it. The list is empty if both kept them.
-[[nodiscard]] std::vector<std::string> lags(const Model& model, const RealtimeRun& run);
 
 /// Returns a sentence that records were lost; nothing if none was.
 [[nodiscard]] std::optional<std::string> lost_records(const ThreadsReport& report);

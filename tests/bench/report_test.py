@@ -4,6 +4,7 @@ gnuplot is missing."""
 
 import datetime
 import html.parser
+import itertools
 import json
 import os
 import random
@@ -266,6 +267,42 @@ class Analysis(unittest.TestCase):
             self.assertEqual(run.returncode, 3)
             self.assertIn(message, run.stderr)
             self.assertEqual(len(run.stderr.splitlines()), 1)
+
+
+class Readme(unittest.TestCase):
+    """What the README says of itself and of MuJoCo on the same bodies is what docs/measured.md has."""
+
+    def measured(self, title):
+        """{(engine, setting): {column: cell}} of a table of docs/measured.md."""
+        lines = (ROOT / "docs" / "measured.md").read_text(encoding="utf-8").split(f"### {title}\n")[1].strip().splitlines()
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in itertools.takewhile(len, lines)]
+        return {(row[0], row[1]): dict(zip(rows[0], row)) for row in rows[2:]}
+
+    def row(self, name):
+        """Thenar's and MuJoCo's cells of a row of the README's comparison."""
+        lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+        return next(line for line in lines if line.startswith(f"| {name} |")).split("|")[2:4]
+
+    def test_the_comparison_has_the_measured_creep(self):
+        creep = {key: row["M 1.5"] for key, row in self.measured("Hold creep, box").items()}
+        ours, theirs = self.row("the box creeps, µm/s")
+        self.assertIn(f"{creep['Thenar', 'rigid tips']};", ours)
+        self.assertIn(f"pulps {creep['Thenar', 'pulps']}", ours)
+        self.assertIn(creep["MuJoCo now, WebAssembly", "default"].replace("lost", "lost after"), theirs)
+        self.assertIn(f"advises {creep['MuJoCo now, WebAssembly', 'manual: elliptic, impratio 10']},", theirs)
+        self.assertIn(f"noslip {creep['MuJoCo now, WebAssembly', 'manual, and noslip 3']};", theirs)
+        self.assertLess(float(creep["MuJoCo now, WebAssembly", "to the last digit"]), 1e-9)  # It says 0.
+
+    def test_the_comparison_has_the_measured_friction(self):
+        friction = self.measured("Least friction that holds")
+        for key in (("Thenar", "rigid tips"), ("MuJoCo now, WebAssembly", "manual, and noslip 3")):
+            self.assertEqual([friction[key][f"box {angle} deg"] for angle in ("0", "22.5", "45")], ["0", "0", "0"])
+
+    def test_the_comparison_has_the_measured_times(self):
+        time = {key: row["us"] for key, row in self.measured("Speed").items()}
+        ours, theirs = self.row("a step of it")
+        self.assertIn(f"{time['Thenar', 'rigid tips']} µs; pulps {time['Thenar', 'pulps']} µs", ours)
+        self.assertIn(f"{time['MuJoCo', 'default']} µs; with six settings {time['MuJoCo', 'to the last digit']} µs", theirs)
 
 
 class Reader(html.parser.HTMLParser):
