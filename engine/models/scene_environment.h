@@ -8,8 +8,19 @@
 
 namespace thenar {
 
-/// Refuses an object that its environment leaves no room: ConfigError. `sampled`: what stands for one that is no exact
-/// solid.
-void check_room(const Scene& scene, const std::shared_ptr<const SampledSolid>& sampled);
+/// Returns the object as its environment touches it: exact, or `sampled` for one that is no exact solid.
+[[nodiscard]] TouchingSolid touching_object(const Scene& scene, const std::shared_ptr<const SampledSolid>& sampled);
+
+/// Gives the bodies that are under the object their poses: the top of each, which is level, touches the object's lowest
+/// point, less the gap, with its middle under the centre of mass. Their x axis is the object's, made level. Requires
+/// gravity, and of a scene whose grasp is to be found that gravity and environment are in the object's frame.
+void stand_object(Scene& scene, const TouchingSolid& object);
+
+/// Brings what a scene has in the object's frame, gravity, environment and the task's goal, into the world's, with the
+/// object where the scene has it.
+void place_by_object(Scene& scene);
+
+/// Refuses an object that its environment leaves no room: ConfigError. Requires an environment in the world's frame.
+void check_room(const Scene& scene, const TouchingSolid& object);
 
 }  // namespace thenar

@@ -14,6 +14,7 @@
 #include "engine/finder/rehearse.h"
 #include "engine/finder/settle.h"
 #include "engine/formats/text.h"
+#include "engine/models/scene_environment.h"
 #include "engine/models/surface_model.h"
 #include "engine/scenes/config.h"
 
@@ -44,6 +45,8 @@ FinderProblem finder_problem(const Scene& scene, const ImplicitSurface& object) 
   problem.centre_of_mass_m = scene.object.centre_of_mass_m;
   problem.translation_damping = scene.object.translation_damping;
   problem.gravity = scene.gravity;
+  problem.gravity_in_object_frame = scene.gravity_in_object_frame;
+  if (scene.environment && scene.environment->in_object_frame) problem.environment = &*scene.environment;
   problem.friction = problem.cone_friction = scene.contact.friction;
   if (scene.control) {
     problem.cone_friction = scene.control->grasp_friction;
@@ -61,6 +64,7 @@ void take_grasp(const FoundGrasp& grasp, Scene& scene) {
   scene.posture = grasp.q;
   scene.settles = true;
   scene.object.X_WO = grasp.X_WO;
+  place_by_object(scene);
   if (scene.control) {
     scene.control->internal_force_N = grasp.internal_force_N;
   } else {
@@ -194,12 +198,15 @@ FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, c
   constexpr int kMostWanted = 20;             // For any number up to it the search is the same: ranks stay.
   constexpr int kAgain = 4, kAgainIfHard = 1;
   const FinderProblem problem = finder_problem(scene, object);
+  // What the object stands on keeps the hand away; a trial carries the object anywhere.
+  Scene tried = scene;
+  if (problem.environment != nullptr) tried.environment.reset();
   FinderSettings now = settings;
   now.best = settings.best > 1 ? std::max(settings.best, kMostWanted) : 1;
   now.spare = kSpare;
   FinderReport report = find_grasps(problem, now, progress);
   if (report.grasps.empty()) return report;
-  Trials trials(scene, object, progress);
+  Trials trials(tried, object, progress);
   for (int again = 0;; ++again) {
     trials.sift(first, settings.best, report);
     if (!report.grasps.empty() || report.cancelled || again >= (trials.has_hard() ? kAgainIfHard : kAgain)) break;
