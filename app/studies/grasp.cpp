@@ -203,7 +203,8 @@ int grasp(const Options& options) {
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::vector<std::string> notes;
   const ImplicitSurface surface = make_object_surface(subject.scene, notes);
-  if (!is_scene(options)) subject.scene.object.centre_of_mass_m = object_centroid_m(subject.scene, surface, notes);
+  if (!is_scene(options))
+    subject.scene.object.centre_of_mass_m = object_solid(subject.scene, surface, notes).centroid_m;
   print_object_notes(notes, options.quiet);
   SearchWatch watch(options.quiet);
   const GraspWish& wish = *subject.scene.grasp;
