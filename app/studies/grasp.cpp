@@ -26,6 +26,7 @@
 #include "engine/grasp/contact_tick.h"
 #include "engine/models/new_scene.h"
 #include "engine/models/object_surface.h"
+#include "engine/models/scene_environment.h"
 #include "engine/models/scene_grasp.h"
 #include "engine/models/surface_model.h"
 #include "engine/scenes/config.h"
@@ -88,7 +89,11 @@ Subject subject_of(const Options& options) {
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
   if (scene.hand.slides) throw ConfigError({{file.string(), "hand.slides", "are no hand to find a grasp for"}});
-  if (!scene.grasp) scene.grasp = GraspWish{};
+  if (!scene.grasp) {
+    // What the scene places by the object stays where it is, unless the object stands upright whichever way it is held.
+    if (!scene.gravity_in_object_frame) place_by_object(scene);
+    scene.grasp = GraspWish{};
+  }
   if (options.friction) {
     // The controller's cones follow.
     double& friction = scene.contact.friction;
@@ -217,6 +222,10 @@ int grasp(const Options& options) {
     return kFailed;
   }
   if (!options.quiet) std::cout << grasps_table(report, subject.scene.hand);
+  if (!options.quiet && !report.shortfall.empty()) {
+    std::cout << fmt::format("\n{} of {}: {}\n", counted(std::ssize(report.grasps), "grasp"), options.best,
+                             report.shortfall);
+  }
   Attempts results;
   for (int i = 0; i < static_cast<int>(report.grasps.size()) && !options.out.empty(); ++i) {
     const fs::path file = options.out / fmt::format("grasp-{}.yaml", i + 1);

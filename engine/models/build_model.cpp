@@ -24,7 +24,7 @@ Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface 
   std::string grasp_notes;
   if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
   place_by_object(scene);
-  check_room(scene, object);
+  check_room(scene, object, !grasp_notes.empty());
   Model model = surface_model(std::move(scene), std::move(surface), known);
   model.sampled = std::move(sampled);
   model.object_notes = std::move(notes);

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "collision/solids/sampled_solid.h"
 #include "engine/environment/room_for.h"
 #include "engine/scenes/config.h"
 
@@ -72,6 +74,18 @@ void stand_object(Scene& scene, const TouchingSolid& object) {
   }
 }
 
+void stand_object(Scene& scene, const ImplicitSurface& object) {
+  std::shared_ptr<const SampledSolid> sampled;
+  if (!solid_of(scene.object.shape)) sampled = std::make_shared<const SampledSolid>(object.cloud());
+  stand_object(scene, touching_object(scene, sampled));
+}
+
+bool has_bodies_under(const Scene& scene) {
+  const auto is_under = [](const EnvironmentBody& body) { return body.under_gap_m.has_value(); };
+  return scene.environment && scene.environment->in_object_frame && scene.gravity_in_object_frame &&
+         std::ranges::any_of(scene.environment->bodies, is_under);
+}
+
 void place_by_object(Scene& scene) {
   const Isometry3d& X_WO = scene.object.X_WO;
   if (scene.gravity_in_object_frame) scene.gravity = X_WO.linear() * scene.gravity;
@@ -88,7 +102,7 @@ void place_by_object(Scene& scene) {
   if (goal.rotation) goal.rotation = X_WO.linear() * *goal.rotation;
 }
 
-void check_room(const Scene& scene, const TouchingSolid& object) {
+void check_room(const Scene& scene, const TouchingSolid& object, bool is_found) {
   if (!scene.environment) return;
   const auto overlap = find_overlap(*scene.environment, object, scene.object.X_WO);
   if (!overlap) return;
@@ -103,8 +117,11 @@ void check_room(const Scene& scene, const TouchingSolid& object) {
                 "the object does not fit: {} and {} press against one another by {:.3g} mm, and no motion of it "
                 "opens both",
                 at(overlap->deepest), at(*overlap->against), 1e3 * overlap->depth_m)
-          : fmt::format("the object lies {:.3g} mm deep in {}: move one of them", 1e3 * overlap->depth_m,
-                        at(overlap->deepest));
+          : fmt::format("the object lies {:.3g} mm deep in {}: move one of them{}", 1e3 * overlap->depth_m,
+                        at(overlap->deepest),
+                        is_found ? ", or place the bodies by the object, wherever the grasp that is found has it: "
+                                   "environment.frame: object, and under: object for what it stands on"
+                                 : "");
   throw ConfigError({{scene.environment->place, fmt::format("environment.bodies[{}]", overlap->deepest.body), fault}});
 }
 

@@ -105,6 +105,9 @@ class Trials {
       if (report.cancelled && (!kept.empty() || tried_ > 0)) break;
       rehearsed += rehearse(grasp);
       if (tried_++ == 0 || grasp.rehearsal.lasted > longest_.lasted) longest_ = grasp.rehearsal;
+      if (!grasp.rehearsal.held() && (failed_++ == 0 || grasp.rehearsal.lasted > longest_failed_.lasted)) {
+        longest_failed_ = grasp.rehearsal;
+      }
       if (grasp.rehearsal.with_ease()) {
         kept.push_back(grasp);
       } else if (grasp.rehearsal.held()) {
@@ -125,6 +128,7 @@ class Trials {
     }
     report.refusal.reset();
     if (report.grasps.empty() && tried_ > 0) report.refusal = refusal();
+    if (!report.grasps.empty() && std::ssize(report.grasps) < best && !report.cancelled) report.shortfall = shortfall();
   }
 
  private:
@@ -156,6 +160,16 @@ class Trials {
     return length;
   }
 
+  /// Why there are no more.
+  [[nodiscard]] std::string shortfall() const {
+    const std::string others =
+        "all others that fit hold with the same fingers, along about the same line and from about "
+        "the same side";
+    if (failed_ == 0) return others;
+    return fmt::format("{} more failed when tried: in the one that lasted longest, {}; {}", counted(failed_, "grasp"),
+                       longest_failed_.trouble, others);
+  }
+
   [[nodiscard]] Refusal refusal() const {
     constexpr double kFarOrigin_m = 0.15;
     const std::string reason = fmt::format(
@@ -180,8 +194,8 @@ class Trials {
   std::optional<Model> model_;
   std::vector<int> fingers_;
   std::vector<FoundGrasp> hard_;
-  Rehearsal longest_;
-  int tried_ = 0;
+  Rehearsal longest_, longest_failed_;
+  int tried_ = 0, failed_ = 0;
 };
 
 /// The order in which grasps are tried after others failed. Whether a thin object will be held, it tells better than
@@ -240,6 +254,11 @@ Refusal compared_with_torques(const Scene& scene, const ImplicitSurface& object,
 
 FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
                                const FinderProgress& progress) {
+  if (has_bodies_under(scene)) {
+    Scene standing = scene;
+    stand_object(standing, object);
+    return find_tried_grasps(standing, object, settings, progress);
+  }
   FinderSettings one = settings;
   one.best = 1;
   FinderReport report = search_and_try(scene, object, one, progress);
@@ -251,6 +270,7 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
   // Where the wider search fits none there is what the first one found.
   if (!wider.grasps.empty()) return wider;
   report.cancelled = wider.cancelled;
+  report.shortfall = "a wider search found no other";
   return report;
 }
 
@@ -264,7 +284,8 @@ std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
   }
   if (static_cast<int>(report.grasps.size()) < wish.rank) {
     throw ConfigError(
-        {{place, "grasp.rank", fmt::format("the search found {} only", counted(std::ssize(report.grasps), "grasp"))}});
+        {{place, "grasp.rank",
+          fmt::format("the search found {} only: {}", counted(std::ssize(report.grasps), "grasp"), report.shortfall)}});
   }
   const FoundGrasp& grasp = report.grasps[wish.rank - 1];
   std::string words = in_words(grasp, scene.hand);
