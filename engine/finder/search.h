@@ -21,7 +21,8 @@ struct SearchEvidence {
   FitFaults nearest_faults;  ///< Its faults.
   bool has_nearest = false;
   double best_margin = -1.0;  ///< Best margin of fits without faults.
-  /// Of the stances that fit, or without these of the starts, and whose hand reaches into a body of the environment, the least reach.
+  /// Of the stances that fit, or without these of the starts, whose hand reaches into a body of the environment, the
+  /// least reach.
   std::optional<HandReach> least_reach = {};
   /// Of the fits that hold by contact forces, and by no muscle forces, the one with the best margin.
   std::optional<FoundGrasp> beyond_muscles = {};

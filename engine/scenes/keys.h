@@ -72,8 +72,8 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 [[nodiscard]] std::vector<std::string_view> names_below(Keys keys, std::string_view path);
 
 /// Returns the path that an unknown one may be a slip of: a key of the same map with a similar name or, of other words
-/// for it, the one that is used here; else one of another map with the same name; where the table has no such map, one anywhere that is similar. Empty if none is
-/// near.
+/// for it, the one that is used here; else one of another map with the same name; where the table has no such map, one
+/// anywhere that is similar. Empty if none is near.
 [[nodiscard]] std::string_view nearest_key(Keys keys, std::string_view path);
 
 /// Returns how the value of a word is written under the name that is used here; mostly nothing.

@@ -17,10 +17,13 @@
 namespace thenar::taken_grasp_test {
 namespace {
 
+constexpr const char* kThree = "hand={model: human5, fingers: [thumb, index, major], joint_viscosity: 0.05 N*m*s}";
+constexpr const char* kFive = "hand={model: human5, joint_viscosity: 0.05 N*m*s}";
+
 /// The scene with the posture and the pose that found_carry.yaml asks for, as thenar grasp --out writes it. Another
 /// pose than the finder's serves as well: taking a grasp does not judge it.
-std::filesystem::path grasp_file(const std::string& name = "grasp-1", const std::vector<std::string>& changes = {}) {
-  Scene scene = scene_of("found_carry", changes);
+std::filesystem::path grasp_file() {
+  Scene scene = scene_of("found_carry", {kThree});
   scene.grasp.reset();
   scene.settles = true;
   for (Eigen::Index i = 0; i < scene.posture.size(); ++i) {
@@ -30,9 +33,9 @@ std::filesystem::path grasp_file(const std::string& name = "grasp-1", const std:
   scene.object.X_WO = Eigen::Translation3d(0.12, 0.05, 0.03) * Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY());
   scene.control->internal_force_N = 1.7;
   SceneTextNotes notes;
-  notes.hand = config_file("hand");
+  notes.hand = config_file("hands/human5");
   notes.names_fingers = true;
-  const std::filesystem::path file = scratch() / (name + ".yaml");
+  const std::filesystem::path file = scratch() / "grasp-1.yaml";
   write_file(file, scene_text(scene, notes));
   return file;
 }
@@ -55,8 +58,7 @@ std::string fault_with(const std::vector<std::string>& changes) {
 TEST(TakenGrasp, KeepsTheGraspWhileOtherKeysChange) {
   const std::filesystem::path file = grasp_file();
   const Scene grasp = load_scene(file);
-  const Scene scene = scene_of("found_carry", {from(file), "hand={model: hand, joint_viscosity: 0.05 N*m*s}",
-                                               "contact.friction=0.5", "object.mass=90 g"});
+  const Scene scene = scene_of("found_carry", {from(file), kFive, "contact.friction=0.5", "object.mass=90 g"});
   EXPECT_FALSE(scene.grasp) << "nothing is to be found";
   EXPECT_EQ(scene.hand.fingers(), 3) << "of five, those that hold";
   EXPECT_EQ(scene.posture, grasp.posture);
@@ -68,7 +70,7 @@ TEST(TakenGrasp, KeepsTheGraspWhileOtherKeysChange) {
 }
 
 TEST(TakenGrasp, TheScenesOwnSqueezeCounts) {
-  const Scene scene = scene_of("found_carry", {from(grasp_file()), "control.grasp.internal_force=3 N"});
+  const Scene scene = scene_of("found_carry", {from(grasp_file()), kFive, "control.grasp.internal_force=3 N"});
   EXPECT_EQ(scene.control->internal_force_N, 3.0);
 }
 
@@ -83,13 +85,15 @@ TEST(TakenGrasp, SaysWhyAGraspDoesNotFit) {
   EXPECT_NE(fault_with({from(config_file("slides_ball"))}).find("is no hand"), std::string::npos);
   EXPECT_NE(fault_with({from(config_file("box_grasp"))}).find("the grasp of another object, another box"),
             std::string::npos);
-  EXPECT_NE(fault_with({from(config_file("leap_carry"))}).find("has no posture"), std::string::npos);
+  EXPECT_NE(fault_with({from(grasp_file()), kFive, "hand.fingers=[thumb, index, ring]"})
+                .find("holds with the major, which hand.fingers leaves out here"),
+            std::string::npos);
   const std::filesystem::path file = grasp_file();
   const std::string hands =
       fault_with({from(file), "hand={model: leap, joint_viscosity: 0.05 N*m*s}", "control.muscles=false"});
   EXPECT_NE(hands.find("has the grasp of another hand"), std::string::npos) << hands;
-  EXPECT_NE(fault_with({from(file), "hand.mirror=true"}).find("hand.mirror differs"), std::string::npos);
-  EXPECT_EQ(fault_with({from(file), "grasp.press=1 N"}), "grasp.press: has no effect here: leave it out");
+  EXPECT_NE(fault_with({from(file), kFive, "hand.mirror=true"}).find("hand.mirror differs"), std::string::npos);
+  EXPECT_EQ(fault_with({from(file), kFive, "grasp.press=1 N"}), "grasp.press: has no effect here: leave it out");
 }
 
 // A file that takes its own grasp would go on for ever.
