@@ -15,8 +15,8 @@ namespace thenar {
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 /// The files that a scene is made of: its own, the hand's, the object's if it is scanned, that of control.drive, and
-/// the scene that its grasp is from. `overrides` as for load_scene(). Other faults of the scene than broken YAML are not
-/// reported here. Throws ConfigError and FileError.
+/// the scene that its grasp is from. `overrides` as for load_scene(). Other faults of the scene than broken YAML are
+/// not reported here. Throws ConfigError and FileError.
 [[nodiscard]] std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,
                                                              const std::vector<std::string>& overrides);
 
