@@ -183,7 +183,11 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
   Scene scene = subject.scene;
   take_grasp(grasp, scene);
   scene.name += fmt::format(", grasp {}", rank);
-  const Model model = surface_model(scene, surface);
+  Scene standing = scene;
+  stand_object(standing, surface);
+  const Model model = surface_model(standing, surface);
+  Scene written = model.scene;
+  written.environment = scene.environment;  // What is under the object is written as such.
   SceneTextNotes notes;
   notes.schema = schema_file();
   notes.hand = hand_in_scene(subject.hand, seen_from(file.parent_path(), subject.hand));
@@ -191,7 +195,7 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
   notes.about = fmt::format("A grasp that thenar found, number {} of its search.", rank);
   notes.grasp = "How it holds: " + in_words(grasp, subject.scene.hand);
   notes.names_fingers = model.scene.hand.fingers() < subject.scene.hand.fingers();
-  write_file(file, scene_text(model.scene, notes));
+  write_file(file, scene_text(written, notes));
   fs::path picture = file;
   picture.replace_extension(".png");
   if (!draw_figure(grasp_picture_script(model, pressed(model)), picture)) {

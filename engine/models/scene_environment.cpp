@@ -74,16 +74,24 @@ void stand_object(Scene& scene, const TouchingSolid& object) {
   }
 }
 
+namespace {
+
+bool has_body_under(const Scene& scene) {
+  const auto is_under = [](const EnvironmentBody& body) { return body.under_gap_m.has_value(); };
+  return scene.environment && std::ranges::any_of(scene.environment->bodies, is_under);
+}
+
+}  // namespace
+
 void stand_object(Scene& scene, const ImplicitSurface& object) {
+  if (!has_body_under(scene)) return;
   std::shared_ptr<const SampledSolid> sampled;
   if (!solid_of(scene.object.shape)) sampled = std::make_shared<const SampledSolid>(object.cloud());
   stand_object(scene, touching_object(scene, sampled));
 }
 
-bool has_bodies_under(const Scene& scene) {
-  const auto is_under = [](const EnvironmentBody& body) { return body.under_gap_m.has_value(); };
-  return scene.environment && scene.environment->in_object_frame && scene.gravity_in_object_frame &&
-         std::ranges::any_of(scene.environment->bodies, is_under);
+bool stands_in_object_frame(const Scene& scene) {
+  return has_body_under(scene) && scene.environment->in_object_frame && scene.gravity_in_object_frame;
 }
 
 void place_by_object(Scene& scene) {

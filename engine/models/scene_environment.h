@@ -18,7 +18,7 @@ namespace thenar {
 void stand_object(Scene& scene, const TouchingSolid& object);
 void stand_object(Scene& scene, const ImplicitSurface& object);
 /// Returns true if the grasp is to be found with bodies in the object's frame that have no poses yet.
-[[nodiscard]] bool has_bodies_under(const Scene& scene);
+[[nodiscard]] bool stands_in_object_frame(const Scene& scene);
 
 /// Brings what a scene has in the object's frame, gravity, environment and the task's goal, into the world's, with the
 /// object where the scene has it.

@@ -254,7 +254,7 @@ Refusal compared_with_torques(const Scene& scene, const ImplicitSurface& object,
 
 FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
                                const FinderProgress& progress) {
-  if (has_bodies_under(scene)) {
+  if (stands_in_object_frame(scene)) {
     Scene standing = scene;
     stand_object(standing, object);
     return find_tried_grasps(standing, object, settings, progress);
