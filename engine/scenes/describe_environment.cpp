@@ -54,7 +54,7 @@ void describe_place(Visitor& v, EnvironmentBody& body) {
               "The object stands on the body, a plane, a box or a cylinder: its top is level and touches the object's "
               "lowest point, and its middle is below the centre of mass."},
              stands, {true});
-    v.key({"gap", kLength, "0 .. 1 m", "0 mm", "How far below the object it is."}, gap_m);
+    v.key({"gap", kLength, "0 .. 1 m", "0 m", "How far below the object it is."}, gap_m);
     body.under_gap_m = gap_m;
     for (const char* key : {"position", "rotation"}) {
       if (v.reads() && v.has(key)) v.refuse(key, "follows from under: leave out one of them");
