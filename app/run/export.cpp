@@ -43,24 +43,26 @@ int export_recording(const Options& options) {
   if (!options.sto.empty()) results.push_back({"--sto", options.sto});
   check_results(results, {options.recording});
   look_at(options.recording);
+  Attempts attempts;
   if (!options.html.empty()) {
-    write_file(options.html, recording_page(options.recording));
+    attempts.attempt([&] { write_file(options.html, recording_page(options.recording)); });
   }
   if (!options.csv.empty()) {
-    const RecordedRun run = read_recording(options.recording, {is_signal, false});
-    write_file(options.csv, run_csv(run));
+    attempts.attempt([&] { write_file(options.csv, run_csv(read_recording(options.recording, {is_signal, false}))); });
   }
   if (!options.sto.empty()) {
     const auto of_joints = [](const Field& field) {
       return field.name == "time_s" || field.name == "q_rad" || field.name == "q_m" || field.name == "muscles_N" ||
              field.name == kUnstretched;
     };
-    const RecordedRun run = read_recording(options.recording, {of_joints, false});
-    write_file(options.sto, run_sto(run, options.recording));
+    attempts.attempt([&] {
+      write_file(options.sto, run_sto(read_recording(options.recording, {of_joints, false}), options.recording));
+    });
   }
   if (!options.npz.empty()) {
-    write_file(options.npz, run_npz(read_recording(options.recording), options.npz));
+    attempts.attempt([&] { write_file(options.npz, run_npz(read_recording(options.recording), options.npz)); });
   }
+  attempts.finish();
   return kDone;
 }
 

@@ -20,7 +20,7 @@ namespace {
 using Row = std::array<std::string, 5>;
 
 /// `code` is put around what a user writes.
-std::string value_in_words(const Key& key, std::string_view code) {
+std::string plain_value_in_words(const Key& key, std::string_view code) {
   const std::string units = key.dimension == Dimension::kNone ? "number" : unit_names(key.dimension);
   std::string unit = units == "number" ? units : fmt::format("{0}{1}{0}", code, units);
   switch (key.kind) {
@@ -43,13 +43,17 @@ std::string value_in_words(const Key& key, std::string_view code) {
     case KeyKind::kTexts:
       return "list of texts";
     case KeyKind::kPath:
-      return keys_below(scene_keys(), key.path).empty() ? "file" : "file or map";
+      return "file";
     case KeyKind::kFlag:
       return fmt::format("{0}true, false{0}", code);
     case KeyKind::kChoice:
       return fmt::format("{0}{1}{0}", code, join(words_of(key), ", "));
   }
   return "";
+}
+
+std::string value_in_words(const Key& key, std::string_view code) {
+  return plain_value_in_words(key, code) + (may_be_map(scene_keys(), key) ? " or map" : "");
 }
 
 std::string range_in_words(const Key& key) {
@@ -133,7 +137,7 @@ std::string keys_as_markdown() {
       header;
   for (const Key* key : keys_below(scene_keys(), "")) page += markdown_row(row_of(*key, "`"));
   for (const Key* map : keys_below(scene_keys(), "")) {
-    if (map->kind != KeyKind::kMap) continue;
+    if (keys_below(scene_keys(), map->path).empty()) continue;
     page += fmt::format("\n## {}\n\n{}\n\n{}", map->path, map->sentence, header);
     for (const Key& key : scene_keys()) {
       if (&key != map && is_below(key, map->path)) page += markdown_row(row_of(key, "`"));

@@ -110,8 +110,7 @@ Json value_of(const Key& key) {
     case KeyKind::kTexts:
       return {{"type", "array"}, {"items", text}, {"minItems", 1}};
     case KeyKind::kPath:
-      if (keys_below(scene_keys(), key.path).empty()) return text;
-      return {{"anyOf", {text, map_at(key.path, false)}}};
+      return text;
     case KeyKind::kFlag:
       return {{"type", "boolean"}};
     case KeyKind::kChoice:
@@ -122,7 +121,11 @@ Json value_of(const Key& key) {
 
 Json schema_of(const Key& key) {
   Json schema{{"description", key.sentence}};
-  schema.update(value_of(key));
+  if (may_be_map(scene_keys(), key)) {
+    schema["anyOf"] = {value_of(key), map_at(key.path, false)};
+  } else {
+    schema.update(value_of(key));
+  }
   if (has_default(key) && key.kind != KeyKind::kQuantities) {
     schema["default"] = Json::accept(key.without) ? Json::parse(key.without) : Json(key.without);
   }

@@ -26,6 +26,7 @@
 #include "engine/grasp/contact_tick.h"
 #include "engine/models/new_scene.h"
 #include "engine/models/object_surface.h"
+#include "engine/models/scene_environment.h"
 #include "engine/models/scene_grasp.h"
 #include "engine/models/surface_model.h"
 #include "engine/scenes/config.h"
@@ -88,7 +89,11 @@ Subject subject_of(const Options& options) {
   const fs::path file = find_scene(options.subject);
   Scene scene = load_scene(file, changes);
   if (scene.hand.slides) throw ConfigError({{file.string(), "hand.slides", "are no hand to find a grasp for"}});
-  if (!scene.grasp) scene.grasp = GraspWish{};
+  if (!scene.grasp) {
+    // What the scene places by the object stays where it is, unless the object stands upright whichever way it is held.
+    if (!scene.gravity_in_object_frame) place_by_object(scene);
+    scene.grasp = GraspWish{};
+  }
   if (options.friction) {
     // The controller's cones follow.
     double& friction = scene.contact.friction;
@@ -178,7 +183,11 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
   Scene scene = subject.scene;
   take_grasp(grasp, scene);
   scene.name += fmt::format(", grasp {}", rank);
-  const Model model = surface_model(scene, surface);
+  Scene standing = scene;
+  stand_object(standing, surface);
+  const Model model = surface_model(standing, surface);
+  Scene written = model.scene;
+  written.environment = scene.environment;  // What is under the object is written as such.
   SceneTextNotes notes;
   notes.schema = schema_file();
   notes.hand = hand_in_scene(subject.hand, seen_from(file.parent_path(), subject.hand));
@@ -186,7 +195,7 @@ void write_grasp(const Subject& subject, const FoundGrasp& grasp, const Implicit
   notes.about = fmt::format("A grasp that thenar found, number {} of its search.", rank);
   notes.grasp = "How it holds: " + in_words(grasp, subject.scene.hand);
   notes.names_fingers = model.scene.hand.fingers() < subject.scene.hand.fingers();
-  write_file(file, scene_text(model.scene, notes));
+  write_file(file, scene_text(written, notes));
   fs::path picture = file;
   picture.replace_extension(".png");
   if (!draw_figure(grasp_picture_script(model, pressed(model)), picture)) {
@@ -203,7 +212,8 @@ int grasp(const Options& options) {
   if (!options.out.empty()) lock.emplace(claim_folder(options.out, "--out"));
   std::vector<std::string> notes;
   const ImplicitSurface surface = make_object_surface(subject.scene, notes);
-  if (!is_scene(options)) subject.scene.object.centre_of_mass_m = object_centroid_m(subject.scene, surface, notes);
+  if (!is_scene(options))
+    subject.scene.object.centre_of_mass_m = object_solid(subject.scene, surface, notes).centroid_m;
   print_object_notes(notes, options.quiet);
   SearchWatch watch(options.quiet);
   const GraspWish& wish = *subject.scene.grasp;
@@ -216,6 +226,10 @@ int grasp(const Options& options) {
     return kFailed;
   }
   if (!options.quiet) std::cout << grasps_table(report, subject.scene.hand);
+  if (!options.quiet && !report.shortfall.empty()) {
+    std::cout << fmt::format("\n{} of {}: {}\n", counted(std::ssize(report.grasps), "grasp"), options.best,
+                             report.shortfall);
+  }
   Attempts results;
   for (int i = 0; i < static_cast<int>(report.grasps.size()) && !options.out.empty(); ++i) {
     const fs::path file = options.out / fmt::format("grasp-{}.yaml", i + 1);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct EnvironmentBody {
   Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();  ///< Pose at the start.
   double friction = 0.0;                                   ///< Coulomb's coefficient against the object.
   std::vector<EnvironmentMove> moves;                      ///< Moves; they are superposed.
+  /// Gap below the object that stands on it, until its pose follows from that: see stand_object(). Nothing: X_WE holds.
+  std::optional<double> under_gap_m = {};
 };
 
 /// The environment: all bodies around the object other than the hand.
@@ -32,6 +35,8 @@ struct Environment {
   std::vector<EnvironmentBody> bodies;
   double compliance_m_per_N = 0.0;  ///< Compliance of each contact, the same in all directions; > 0.
   std::string place = {};           ///< Place in its file, for messages: "file:line:column".
+  /// Poses and moves of bodies are in the object's frame at the start, until its pose is known: see place_by_object().
+  bool in_object_frame = false;
 };
 
 /// A commanded minimum-jerk displacement of the arm that carries the hand, world axes; zero: it stops.

@@ -142,7 +142,7 @@ struct Travel {
 
 Travel travel_along(const Vector3d& e, const FinderProblem& problem, const Hand& hand, const PatchMeter& patches,
                     const FoundGrasp& grasp) {
-  const Vector3d weight_N = problem.mass_kg * problem.gravity;
+  const Vector3d weight_N = problem.mass_kg * problem.gravity_at(grasp.X_WO);
   const Vector3d drag_N = -kSurePush * problem.translation_damping * kSpeed_m_per_s * e;
   Travel travel;
   Carry carry(problem, hand, grasp);
@@ -156,7 +156,7 @@ Travel travel_along(const Vector3d& e, const FinderProblem& problem, const Hand&
     ForceCheck check(problem, carry.contacts(), carry.X_WO(), grasp.internal_force_N);
     const HoldingForces held = check.against(weight_N, Vector3d::Zero());
     if (!held.found || !check.against(weight_N + drag_N, check.moment_at_origin_Nm(drag_N)).found) break;
-    Effort effort(problem, hand, carry.contacts());
+    Effort effort(problem, hand, carry.contacts(), carry.X_WO());
     double share = effort.muscle_share(effort.torques_Nm(carry.q(), held.f));
     // Pushes act half-way and at the end.
     bool holds = true;

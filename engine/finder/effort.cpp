@@ -65,7 +65,7 @@ HoldingForces ForceCheck::against(const Vector3d& force_N, const Vector3d& momen
 
 JointVector Effort::torques_Nm(const JointVector& q, const VectorXd& f) {
   forward_kinematics(hand_, q, pose_);
-  JointVector tau = gravity_torques(hand_, pose_, problem_.gravity);
+  JointVector tau = gravity_torques(hand_, pose_, gravity_);
   for (int k = 0; k < hand_.fingers(); ++k) {
     const Fingertip& tip = hand_.fingertips[k];
     const FingerJacobian J = finger_jacobian(hand_, pose_, k, contacts_[k].point_m);

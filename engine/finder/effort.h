@@ -43,11 +43,13 @@ class ForceCheck {
   GraspProblem problem_;
 };
 
-/// The effort of joints and muscles by contact forces of the fingers. It keeps references to its arguments.
+/// The effort of joints and muscles by contact forces of the fingers and by gravity, with the object at X_WO. It keeps
+/// references to its other arguments.
 class Effort {
  public:
-  Effort(const FinderProblem& problem, const Hand& hand, const std::vector<GraspContact>& contacts)
-      : problem_(problem), hand_(hand), contacts_(contacts) {}
+  Effort(const FinderProblem& problem, const Hand& hand, const std::vector<GraspContact>& contacts,
+         const Eigen::Isometry3d& X_WO)
+      : problem_(problem), hand_(hand), contacts_(contacts), gravity_(problem.gravity_at(X_WO)) {}
 
   /// Computes J' f + g at q.
   [[nodiscard]] JointVector torques_Nm(const JointVector& q, const Eigen::VectorXd& f);
@@ -59,6 +61,7 @@ class Effort {
   const FinderProblem& problem_;
   const Hand& hand_;
   const std::vector<GraspContact>& contacts_;
+  Eigen::Vector3d gravity_;
   HandPose pose_;
 };
 

@@ -24,14 +24,21 @@ struct FinderProblem {
   double mass_kg = 0.0;
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();
   double translation_damping = 0.0;                   ///< Damping of the object, at the origin of its frame [N s/m].
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
-  double friction = 0.0;                              ///< Friction of the contacts.
-  double cone_friction = 0.0;                         ///< Friction of the controller's cones, at most `friction`.
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame, or object frame:
+  bool gravity_in_object_frame = false;
+  const Environment* environment = nullptr;  ///< Placed bodies that the hand must not reach into; null: none.
+  double friction = 0.0;                     ///< Friction of the contacts.
+  double cone_friction = 0.0;                ///< Friction of the controller's cones, at most `friction`.
   FrictionCone cone = FrictionCone::kExact;
   double internal_force_N = 0.0;              ///< lambda of the controller, if the wish has no press.
   std::optional<PulpMaterial> material = {};  ///< Nothing: rigid fingertips.
   bool muscles = false;                       ///< Muscles drive the joints.
   GraspWish wish = {};
+
+  /// Returns gravity with the object at this pose, world axes.
+  [[nodiscard]] Eigen::Vector3d gravity_at(const Eigen::Isometry3d& X_WO) const {
+    return gravity_in_object_frame ? Eigen::Vector3d(X_WO.linear() * gravity) : gravity;
+  }
 };
 
 /// The extent of the search. Work is counted, never timed: the same problem gives the same bits.
@@ -120,7 +127,8 @@ struct FinderReport {
   std::vector<FoundGrasp> grasps;  ///< Best first.
   std::optional<Refusal> refusal;  ///< Only without grasps.
   bool cancelled = false;
-  int fits = 0;  ///< Number of stances that were refined, a measure of work.
+  int fits = 0;                ///< Number of stances that were refined, a measure of work.
+  std::string shortfall = {};  ///< Reason why there are fewer than were asked for; empty: there are as many.
 };
 
 /// A callback with the completed share of the search and the number of grasps so far; false ends the search.

@@ -34,12 +34,13 @@ double internal_force_N(const FinderProblem& problem, const std::vector<GraspCon
   constexpr int kRounds = 8;
   if (!problem.wish.press_N) return problem.internal_force_N;
   const double press_N = *problem.wish.press_N;
+  const Vector3d weight_N = problem.mass_kg * problem.gravity_at(X_WO);
   // With n fingers that share it evenly without weight, each except the opposer presses with 2 lambda / n.
   const double share = 0.5 * static_cast<double>(contacts.size());
   double lambda_N = share * press_N;
   for (int round = 0; round < kRounds; ++round) {
     ForceCheck check(problem, contacts, X_WO, lambda_N);
-    const HoldingForces forces = check.against(problem.mass_kg * problem.gravity, Vector3d::Zero());
+    const HoldingForces forces = check.against(weight_N, Vector3d::Zero());
     const double least_N = forces.found ? least_load_N(contacts, forces) : press_N;
     if (std::abs(least_N - press_N) < 0.01 * press_N) break;
     lambda_N = std::clamp(lambda_N + share * (press_N - least_N), 0.2 * lambda_N, 10.0 * press_N);
@@ -47,7 +48,7 @@ double internal_force_N(const FinderProblem& problem, const std::vector<GraspCon
   return lambda_N;
 }
 
-double margin_of(const FinderProblem& problem, ForceCheck& check) {
+double margin_of(const FinderProblem& problem, const Eigen::Isometry3d& X_WO, ForceCheck& check) {
   double needed = 0.0;
   const double weight_N = problem.mass_kg * problem.gravity.norm();
   const double least_N = weight_N > 0.0 ? weight_N : 0.0;
@@ -56,7 +57,7 @@ double margin_of(const FinderProblem& problem, ForceCheck& check) {
       needed = std::max(needed, check.against(force_N * e, Vector3d::Zero()).needed_friction);
       if (!std::isfinite(needed)) return -1.0;
     }
-    needed = std::max(needed, check.against(problem.mass_kg * problem.gravity, kTurn_Nm * e).needed_friction);
+    needed = std::max(needed, check.against(problem.mass_kg * problem.gravity_at(X_WO), kTurn_Nm * e).needed_friction);
     if (!std::isfinite(needed)) return -1.0;
   }
   return 1.0 - needed / problem.friction;
@@ -64,8 +65,8 @@ double margin_of(const FinderProblem& problem, ForceCheck& check) {
 
 void add_effort(const FinderProblem& problem, const Hand& hand, const std::vector<GraspContact>& contacts,
                 ForceCheck& check, FoundGrasp& grasp) {
-  Effort effort(problem, hand, contacts);
-  const Vector3d weight_N = problem.mass_kg * problem.gravity;
+  Effort effort(problem, hand, contacts, grasp.X_WO);
+  const Vector3d weight_N = problem.mass_kg * problem.gravity_at(grasp.X_WO);
   const auto add = [&](const Vector3d& force_N) {
     const HoldingForces forces = check.against(force_N, Vector3d::Zero());
     const JointVector tau = effort.torques_Nm(grasp.q, forces.f);
@@ -143,9 +144,9 @@ FoundGrasp rate(const FinderProblem& problem, const Hand& hand, const PatchMeter
   grasp.width_m = (others_O - grasp.places[target.opposer].point_O).norm();
   grasp.internal_force_N = internal_force_N(problem, contacts, grasp.X_WO);
   ForceCheck check(problem, contacts, grasp.X_WO, grasp.internal_force_N);
-  const HoldingForces held = check.against(problem.mass_kg * problem.gravity, Vector3d::Zero());
+  const HoldingForces held = check.against(problem.mass_kg * problem.gravity_at(grasp.X_WO), Vector3d::Zero());
   grasp.needed_friction = held.needed_friction;
-  grasp.margin = held.found ? margin_of(problem, check) : -1.0;
+  grasp.margin = held.found ? margin_of(problem, grasp.X_WO, check) : -1.0;
   for (int k = 0; k < hand.fingers() && held.found; ++k) grasp.places[k].force_W = held.f.segment<3>(3 * k);
   add_limits(hand, grasp);
   if (held.found) add_effort(problem, hand, contacts, check, grasp);

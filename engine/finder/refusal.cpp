@@ -109,6 +109,15 @@ Refusal of_nearest(const FinderProblem& problem, const Hand& hand, const SearchE
   return of_joints(problem, hand, evidence);
 }
 
+/// Describes the body of the environment that is in the hand's way.
+Refusal of_environment(const FinderProblem& problem, const Hand& hand, const HandReach& reach) {
+  const std::string part = reach.finger < 0 ? "palm" : hand.fingertips[static_cast<std::size_t>(reach.finger)].finger;
+  const std::string& name = problem.environment->bodies[static_cast<std::size_t>(reach.body)].name;
+  return {"grasps fit, but '" + name + "' is in the hand's way: the " + part + " would have to be at least " +
+              mm(reach.depth_m, 1) + " in it",
+          "another grasp.approach, a grasp.at farther from it, or a smaller body of the environment"};
+}
+
 /// Describes the extent of a box.
 std::string reach_of(const Eigen::AlignedBox3d& box) {
   std::string text;
@@ -225,7 +234,8 @@ Refusal of_muscles(const FinderProblem& problem, const Hand& hand, const FoundGr
         pressed_contact(problem.object, grasp.X_WO, hand.fingertips[k], pose.distal(hand, k));
   }
   ForceCheck check(problem, contacts, grasp.X_WO, grasp.internal_force_N);
-  Effort effort(problem, hand, contacts);
+  Effort effort(problem, hand, contacts, grasp.X_WO);
+  const Vector3d weight_N = problem.mass_kg * problem.gravity_at(grasp.X_WO);
   MuscleData data{Eigen::MatrixXd::Zero(grasp.q.size(), std::ssize(hand.muscles)), {}};
   moment_arms(hand, pose, data.H);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(std::ssize(hand.muscles));
@@ -233,8 +243,7 @@ Refusal of_muscles(const FinderProblem& problem, const Hand& hand, const FoundGr
   pushes.insert(pushes.begin(), Vector3d::Zero());
   std::string lack;
   for (const Vector3d& push : pushes) {
-    data.tau = effort.torques_Nm(grasp.q,
-                                 check.against(problem.mass_kg * problem.gravity + kPush_N * push, Vector3d::Zero()).f);
+    data.tau = effort.torques_Nm(grasp.q, check.against(weight_N + kPush_N * push, Vector3d::Zero()).f);
     const MuscleReport report = solve_muscle_forces(data, f);
     if (report.status != MuscleStatus::kOptimal) lack = unturned_joints(hand, data);
     if (report.status != MuscleStatus::kOptimal && lack.empty()) lack = lacking_torque(hand, data, report.multiplier);
@@ -286,6 +295,10 @@ Refusal refusal_of(const FinderProblem& problem, const Hand& hand, const SearchE
   }
   if (seen.pairs.empty()) {
     return {"no two surfaces face each other where grasp.axis and grasp.at want the fingers", "leave one of them out"};
+  }
+  // No grasp was rated, so each that fits reaches into the environment.
+  if (evidence.least_reach && evidence.best_margin <= -1.0) {
+    return of_environment(problem, hand, *evidence.least_reach);
   }
   if (evidence.beyond_muscles) return of_muscles(problem, hand, *evidence.beyond_muscles);
   if (evidence.best_margin > -1.0 || (!evidence.has_nearest && evidence.best_margin <= 0.0)) {

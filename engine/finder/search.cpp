@@ -22,6 +22,7 @@ namespace {
 constexpr int kFitSteps = 30, kPolishSteps = 12, kPolished = 6, kJitters = 4;
 constexpr int kWider = 3;  // Factor on the usual number of fits for more than one grasp.
 constexpr double kLeastMargin = 0.0;
+constexpr double kRoughReach_m = 10e-3;  // A fit moves the hand by less, and may take it out of the environment.
 
 /// An opposition of the hand matched with one of the object.
 struct Start {
@@ -99,6 +100,7 @@ class Search {
       forward_kinematics(hand_, evidence_.range.postures[i].q, poses[i]);
     }
     std::vector<Start> starts;
+    std::optional<HandReach> rough;
     for (const Opposition& pair : evidence_.oppositions.pairs) {
       std::vector<Start> of_pair;
       for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -112,7 +114,8 @@ class Search {
           const double enough =
               std::ssize(of_pair) < kOfAPair ? std::numeric_limits<double>::infinity() : worst(of_pair);
           start.cost = fit_.rough_cost(start.stance, poses[i], target, enough);
-          if (start.cost < enough) keep(start, kOfAPair * (factor > 1 ? 2 : 1), of_pair);
+          if (start.cost < enough && has_room(start.stance, poses[i], kRoughReach_m, rough))
+            keep(start, kOfAPair * (factor > 1 ? 2 : 1), of_pair);
         }
       }
       for (Start& start : of_pair) {
@@ -120,6 +123,7 @@ class Search {
         starts.push_back(start);
       }
     }
+    if (starts.empty() && !evidence_.least_reach) evidence_.least_reach = rough;
     std::sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.cost < b.cost; });
     return starts;
   }
@@ -190,6 +194,7 @@ class Search {
       evidence_.nearest_faults = faults;
       return false;
     }
+    if (!has_room(stance)) return false;
     FoundGrasp grasp = rate(problem_, hand_, patches, stance, target, fit_);
     evidence_.best_margin = std::max(evidence_.best_margin, grasp.margin);
     if (!(grasp.margin > kLeastMargin)) return false;
@@ -200,6 +205,23 @@ class Search {
     found_.push_back(grasp);
     targets_.push_back(target);
     return true;
+  }
+
+  /// Tests whether the hand reaches into the environment by no more than this; `least` keeps the least reach beyond it.
+  bool has_room(const Stance& stance, const HandPose& pose, double most_m, std::optional<HandReach>& least) const {
+    if (problem_.environment == nullptr) return true;
+    const double enough_m = least ? least->depth_m : std::numeric_limits<double>::infinity();
+    const HandReach reach =
+        hand_reach(*problem_.environment, hand_, body_, pose, stance.X_WO, std::max(enough_m, most_m));
+    if (reach.depth_m <= most_m) return true;
+    if (reach.depth_m < enough_m) least = reach;
+    return false;
+  }
+  bool has_room(const Stance& stance) {
+    if (problem_.environment == nullptr) return true;
+    HandPose pose;
+    forward_kinematics(hand_, stance.q, pose);
+    return has_room(stance, pose, 0.0, evidence_.least_reach);
   }
 
   /// Notes a grasp whose torques no muscle forces give, at rest or wherever it carries the object.

@@ -6,6 +6,7 @@
 
 #include "engine/finder/fit.h"
 #include "engine/finder/found_grasp.h"
+#include "engine/finder/hand_room.h"
 #include "engine/finder/oppositions.h"
 #include "engine/finder/pinch.h"
 
@@ -20,6 +21,9 @@ struct SearchEvidence {
   FitFaults nearest_faults;  ///< Its faults.
   bool has_nearest = false;
   double best_margin = -1.0;  ///< Best margin of fits without faults.
+  /// Of the stances that fit, or without these of the starts, whose hand reaches into a body of the environment, the
+  /// least reach.
+  std::optional<HandReach> least_reach = {};
   /// Of the fits that hold by contact forces, and by no muscle forces, the one with the best margin.
   std::optional<FoundGrasp> beyond_muscles = {};
 };

@@ -228,8 +228,8 @@ struct Phase {
 /// "approach", "close", "load", "lift", "move", "insert", "place", "release".
 [[nodiscard]] const char* to_string(Phase::Kind kind);
 
-/// Where the object should be at the end, in the axes in which the bodies of the environment are placed: the arm's
-/// displacement does not change them. What is not named is not judged.
+/// Where the object should be at the end, in the axes in which the bodies of the environment are placed
+/// (Environment::in_object_frame): the arm's displacement does not change them. What is not named is not judged.
 struct TaskGoal {
   std::optional<Eigen::Vector3d> position_m;
   std::optional<Eigen::Matrix3d> rotation;
@@ -291,6 +291,7 @@ struct Scene {
   double control_delay_s =
       0.0;  ///< From a control tick's snapshot to its frame's use, where the two have clocks of their own.
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< World = hand frame.
+  bool gravity_in_object_frame = false;  ///< It is in object axes, until the pose is known: see place_by_object().
   Hand hand;
   JointVector posture;                 ///< q at the start.
   bool settles = false;                ///< The fingers move until they press as they are asked to: see settle().

@@ -16,12 +16,15 @@ namespace thenar {
 namespace {
 
 Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface, Model* known = nullptr) {
-  std::string grasp_notes;
-  if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
   std::shared_ptr<const SampledSolid> sampled;
   if (scene.environment && !solid_of(scene.object.shape))
     sampled = std::make_shared<const SampledSolid>(surface.cloud());
-  check_room(scene, sampled);
+  const TouchingSolid object = touching_object(scene, sampled);
+  stand_object(scene, object);
+  std::string grasp_notes;
+  if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
+  place_by_object(scene);
+  check_room(scene, object, !grasp_notes.empty());
   Model model = surface_model(std::move(scene), std::move(surface), known);
   model.sampled = std::move(sampled);
   model.object_notes = std::move(notes);

@@ -10,7 +10,6 @@
 
 #include "collision/cloud_holes.h"
 #include "collision/cloud_repair.h"
-#include "collision/enclosed_solid.h"
 #include "collision/normal_estimation.h"
 #include "collision/shapes.h"
 #include "engine/formats/files.h"
@@ -195,22 +194,23 @@ ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>
                     scene.object.points)}});
 }
 
-Vector3d object_centroid_m(const Scene& scene, const ImplicitSurface& surface, std::vector<std::string>& notes) {
+EnclosedSolid object_solid(const Scene& scene, const ImplicitSurface& surface, std::vector<std::string>& notes) {
   const auto* const scan = std::get_if<CloudShape>(&scene.object.shape);
-  if (scan == nullptr || !is_mesh_file(scan->file)) return enclosed_centroid_m(surface.cloud());
+  const auto of_samples = [&] { return EnclosedSolid{0.0, enclosed_centroid_m(surface.cloud()), 0.0}; };
+  if (scan == nullptr || !is_mesh_file(scan->file)) return of_samples();
   std::vector<std::string> told;  // when the surface was made
   TriangleMesh mesh = parse_mesh(read_file(scan->file), scan->file, told);
   mend_mesh(mesh, scan->file, told);
   mesh.vertices_m *= scan->unit_m;
   const EnclosedSolid solid = enclosed_solid(mesh);
-  if (!(solid.volume_m3 > 0.0)) return enclosed_centroid_m(surface.cloud());
+  if (!(solid.volume_m3 > 0.0)) return of_samples();
   const double size_m = surface.bounds().diagonal().norm();
   if (solid.error_m > 1e-3 * size_m) {
     notes.push_back(
         fmt::format("the centre of mass may be {:.1f} mm off: the mesh is open, and was taken to be flat there",
                     1e3 * std::min(solid.error_m, size_m)));
   }
-  return solid.centroid_m;
+  return solid;
 }
 
 bool have_same_surface(const Scene& one, const Scene& other) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "collision/enclosed_solid.h"
 #include "collision/implicit_surface.h"
 #include "engine/grasp/scene.h"
 
@@ -21,10 +22,11 @@ using StartWatch = std::function<void(const char* stage)>;
 [[nodiscard]] ImplicitSurface make_object_surface(const Scene& scene, std::vector<std::string>& notes,
                                                   const StartWatch& begins = {});
 
-/// Where the weight of a scene's object acts, equally dense throughout: of a mesh the centroid of the solids that it
-/// encloses, of other surfaces that of their samples. `notes` say how far it may be off for holes. Reads a mesh again.
-[[nodiscard]] Eigen::Vector3d object_centroid_m(const Scene& scene, const ImplicitSurface& surface,
-                                                std::vector<std::string>& notes);
+/// Volume and centroid of a scene's object, the centroid being where its weight acts if it is equally dense throughout:
+/// of a mesh those of the solids that it encloses; of other surfaces the centroid of their samples, and no volume.
+/// `notes` say how far the centroid may be off for holes. Reads a mesh again.
+[[nodiscard]] EnclosedSolid object_solid(const Scene& scene, const ImplicitSurface& surface,
+                                         std::vector<std::string>& notes);
 
 /// Returns true if the two scenes certainly have the same surface.
 [[nodiscard]] bool have_same_surface(const Scene& one, const Scene& other);

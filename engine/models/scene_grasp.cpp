@@ -14,6 +14,7 @@
 #include "engine/finder/rehearse.h"
 #include "engine/finder/settle.h"
 #include "engine/formats/text.h"
+#include "engine/models/scene_environment.h"
 #include "engine/models/surface_model.h"
 #include "engine/scenes/config.h"
 
@@ -44,6 +45,8 @@ FinderProblem finder_problem(const Scene& scene, const ImplicitSurface& object) 
   problem.centre_of_mass_m = scene.object.centre_of_mass_m;
   problem.translation_damping = scene.object.translation_damping;
   problem.gravity = scene.gravity;
+  problem.gravity_in_object_frame = scene.gravity_in_object_frame;
+  if (scene.environment && scene.environment->in_object_frame) problem.environment = &*scene.environment;
   problem.friction = problem.cone_friction = scene.contact.friction;
   if (scene.control) {
     problem.cone_friction = scene.control->grasp_friction;
@@ -61,6 +64,7 @@ void take_grasp(const FoundGrasp& grasp, Scene& scene) {
   scene.posture = grasp.q;
   scene.settles = true;
   scene.object.X_WO = grasp.X_WO;
+  place_by_object(scene);
   if (scene.control) {
     scene.control->internal_force_N = grasp.internal_force_N;
   } else {
@@ -101,6 +105,9 @@ class Trials {
       if (report.cancelled && (!kept.empty() || tried_ > 0)) break;
       rehearsed += rehearse(grasp);
       if (tried_++ == 0 || grasp.rehearsal.lasted > longest_.lasted) longest_ = grasp.rehearsal;
+      if (!grasp.rehearsal.held() && (failed_++ == 0 || grasp.rehearsal.lasted > longest_failed_.lasted)) {
+        longest_failed_ = grasp.rehearsal;
+      }
       if (grasp.rehearsal.with_ease()) {
         kept.push_back(grasp);
       } else if (grasp.rehearsal.held()) {
@@ -121,6 +128,7 @@ class Trials {
     }
     report.refusal.reset();
     if (report.grasps.empty() && tried_ > 0) report.refusal = refusal();
+    if (!report.grasps.empty() && std::ssize(report.grasps) < best && !report.cancelled) report.shortfall = shortfall();
   }
 
  private:
@@ -152,6 +160,16 @@ class Trials {
     return length;
   }
 
+  /// Why there are no more.
+  [[nodiscard]] std::string shortfall() const {
+    const std::string others =
+        "all others that fit hold with the same fingers, along about the same line and from about "
+        "the same side";
+    if (failed_ == 0) return others;
+    return fmt::format("{} more failed when tried: in the one that lasted longest, {}; {}", counted(failed_, "grasp"),
+                       longest_failed_.trouble, others);
+  }
+
   [[nodiscard]] Refusal refusal() const {
     constexpr double kFarOrigin_m = 0.15;
     const std::string reason = fmt::format(
@@ -176,8 +194,8 @@ class Trials {
   std::optional<Model> model_;
   std::vector<int> fingers_;
   std::vector<FoundGrasp> hard_;
-  Rehearsal longest_;
-  int tried_ = 0;
+  Rehearsal longest_, longest_failed_;
+  int tried_ = 0, failed_ = 0;
 };
 
 /// The order in which grasps are tried after others failed. Whether a thin object will be held, it tells better than
@@ -194,12 +212,15 @@ FinderReport search_and_try(const Scene& scene, const ImplicitSurface& object, c
   constexpr int kMostWanted = 20;             // For any number up to it the search is the same: ranks stay.
   constexpr int kAgain = 4, kAgainIfHard = 1;
   const FinderProblem problem = finder_problem(scene, object);
+  // What the object stands on keeps the hand away; a trial carries the object anywhere.
+  Scene tried = scene;
+  if (problem.environment != nullptr) tried.environment.reset();
   FinderSettings now = settings;
   now.best = settings.best > 1 ? std::max(settings.best, kMostWanted) : 1;
   now.spare = kSpare;
   FinderReport report = find_grasps(problem, now, progress);
   if (report.grasps.empty()) return report;
-  Trials trials(scene, object, progress);
+  Trials trials(tried, object, progress);
   for (int again = 0;; ++again) {
     trials.sift(first, settings.best, report);
     if (!report.grasps.empty() || report.cancelled || again >= (trials.has_hard() ? kAgainIfHard : kAgain)) break;
@@ -233,6 +254,11 @@ Refusal compared_with_torques(const Scene& scene, const ImplicitSurface& object,
 
 FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object, const FinderSettings& settings,
                                const FinderProgress& progress) {
+  if (stands_in_object_frame(scene)) {
+    Scene standing = scene;
+    stand_object(standing, object);
+    return find_tried_grasps(standing, object, settings, progress);
+  }
   FinderSettings one = settings;
   one.best = 1;
   FinderReport report = search_and_try(scene, object, one, progress);
@@ -244,6 +270,7 @@ FinderReport find_tried_grasps(const Scene& scene, const ImplicitSurface& object
   // Where the wider search fits none there is what the first one found.
   if (!wider.grasps.empty()) return wider;
   report.cancelled = wider.cancelled;
+  report.shortfall = "a wider search found no other";
   return report;
 }
 
@@ -257,7 +284,8 @@ std::string find_scene_grasp(Scene& scene, const ImplicitSurface& object) {
   }
   if (static_cast<int>(report.grasps.size()) < wish.rank) {
     throw ConfigError(
-        {{place, "grasp.rank", fmt::format("the search found {} only", counted(std::ssize(report.grasps), "grasp"))}});
+        {{place, "grasp.rank",
+          fmt::format("the search found {} only: {}", counted(std::ssize(report.grasps), "grasp"), report.shortfall)}});
   }
   const FoundGrasp& grasp = report.grasps[wish.rank - 1];
   std::string words = in_words(grasp, scene.hand);

@@ -54,15 +54,7 @@ class ConfigReader final : public Visitor {
   void path(const KeyRow& row, std::filesystem::path& value) override { value = here().path(row.name); }
   std::string choice_of(const KeyRow& row, std::string_view) override { return here().choice(row.name); }
   void enter(const KeyRow& row, KeyKind) override { levels_.push_back({here().map(row.name)}); }
-  bool enters_map(const KeyRow& row, std::filesystem::path& file) override {
-    const bool is_map = here().is_map(row.name);
-    if (is_map) {
-      enter(row, KeyKind::kMap);
-    } else {
-      path(row, file);
-    }
-    return is_map;
-  }
+  bool is_map(std::string_view name, bool) override { return here().is_map(name); }
   std::size_t begin_list(const KeyRow& row, std::size_t) override {
     return lists_.emplace_back(here().list_of_maps(row.name)).size();
   }

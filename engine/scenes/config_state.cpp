@@ -48,6 +48,17 @@ std::string take_override(const std::vector<std::string>& overrides, std::size_t
   return text;
 }
 
+/// Puts a map in the place of a word that stands for one, as `auto` of `grasp: auto`. False if it is none.
+bool take_word_for_map(ConfigState& state, const std::string& path, YamlNode& node) {
+  const Key* const key = find_key(state.keys, table_path(path));
+  if (key == nullptr || key->kind != KeyKind::kMap || node.kind != Kind::kScalar) return false;
+  const std::vector<std::string_view> words = words_of(*key);
+  if (std::ranges::find(words, node.text) == words.end()) return false;
+  node.kind = Kind::kMap;
+  node.text.clear();
+  return true;
+}
+
 /// Adds "key.path=value", the next text of the command line, to the tree; "list[0].key=value" to a list's map. The maps
 /// on its way are made where they are missing.
 void apply_override(ConfigState& state, const std::vector<std::string>& overrides, std::size_t& next) {
@@ -70,7 +81,13 @@ void apply_override(ConfigState& state, const std::vector<std::string>& override
   std::istringstream keys(path);
   for (std::string key; std::getline(keys, key, '.');) {
     const std::optional<std::size_t> item = take_index(key);
-    if (map->kind != Kind::kMap) return state.report(place, path, so_far + " is not a map of keys and values");
+    if (map->kind != Kind::kMap && !take_word_for_map(state, so_far, *map)) {
+      const std::string inner = path.substr(so_far.size() + 1), text = override_text.substr(equals + 1);
+      return state.report(place, path,
+                          fmt::format("{} is not a map of keys and values: write the whole of it, as in "
+                                      "--set '{}={{{}: {}}}'",
+                                      so_far, so_far, inner, text));
+    }
     so_far = key_path(so_far, key);
     auto entry = std::ranges::find(map->entries, key, &YamlNode::Entry::key);
     if (entry == map->entries.end() && item) return state.report(place, path, so_far + " is no list of the file");
@@ -131,9 +148,10 @@ void report_unused_key(ConfigState& state, const YamlNode::Entry& entry, const s
   if (++state.unknown_keys <= kMostSlips) meant = nearest_key(state.keys, in_table);
   // Of the same map, which may be a list's item.
   if (!meant.empty() && parent_of(meant) == map) meant.replace(0, map.size(), map_path);
+  const std::string instead(how_to_write(entry.key, std::string_view(meant).substr(meant.rfind('.') + 1)));
   const bool lists = meant.empty() && !map.empty() && !names.empty();
   const std::string others = lists ? "; known here: " + join(names, ", ") : "";
-  state.report(entry.place, path, "unknown key" + did_you_mean(meant) + others);
+  state.report(entry.place, path, "unknown key" + did_you_mean(meant) + instead + others);
   // A key that is only misspelt is not missing besides.
   if (meant.empty()) return;
   forget(state, meant, kMissing);

@@ -103,10 +103,6 @@ class ConfigWriter final : public Visitor {
     node.kind = Node::kMap;
     open_.push_back(&node);
   }
-  bool enters_map(const KeyRow& row, std::filesystem::path&) override {
-    enter(row, KeyKind::kMap);
-    return true;
-  }
   std::size_t begin_list(const KeyRow& row, std::size_t now) override {
     Node& node = add(row);
     node.kind = Node::kList;

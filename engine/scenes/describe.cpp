@@ -172,45 +172,25 @@ void describe_tolerance(Visitor& v, Tolerance& tolerance) {
   v.key({"margin", kNone, "0 .. 1", "0.05", "Of the fingers' margins, rms."}, tolerance.margin);
 }
 
-/// What is asked of a grasp beside the word `auto`.
-void describe_wish(Visitor& v, const Scene& scene, GraspWish& wish, bool is_controlled) {
-  std::vector<std::string> names = names_of(scene.hand, wish.fingers);
-  v.key({"fingers", kNone, "", "(Without it all of them, or as many as find a place.)",
-         "The fingers that are to hold, by name; the others are left out of the scene."},
-        names);
-  if (v.reads()) wish.fingers = fingers_named(v, scene.hand, names);
-  describe_direction(v,
-                     {"axis", kNone, "", "(Without it any.)",
-                      "The line on which the fingers face each other, in the object's axes, of any length but zero."},
-                     wish.axis_O);
-  v.key({"at", kLength, "", "(Without it anywhere.)",
-         "Near which point of the object frame, half-way between the fingers, it is held."},
-        wish.at_O);
-  if (wish.at_O) check_is_in_object(v, "at", *wish.at_O, scene.object.shape);
-  describe_direction(v,
-                     {"approach", kNone, "", "(Without it any.)",
-                      "The way in which the hand comes to the object, in the object's axes, of any length but zero."},
-                     wish.approach_O);
-  v.key({"press", kForce, "> 0", "(Required without control; else control.grasp.internal_force.)",
-         "The normal load of the least loaded finger, under the weight at rest."},
-        wish.press_N, !is_controlled);
-  v.key({"rank", kNone, "1 .. 20", "1", "Which of the grasps that are found: 1 is the best."}, wish.rank);
-  v.key({"seed", kNone, "0 .. 1000000", "1", "The seed of the search: the same one finds the same grasp."}, wish.seed);
-}
-
-void describe_grasp(Visitor& v, Scene& scene, bool is_controlled) {
-  const KeyRow row{"grasp", kNone, " | auto", "(Without it hand and object begin where the scene places them.)",
-                   "A grasp that is found: which fingers hold the object where, with what posture, and how the object "
-                   "lies in the hand. What is not named here is chosen."};
-  GraspWish wish = scene.grasp.value_or(GraspWish{.place = v.location("grasp")});
-  GraspWish nothing;
-  nothing.place = wish.place;
-  if (v.word(row, wish == nothing ? "auto" : "").empty()) {
-    v.map(row, [&] { describe_wish(v, scene, wish, is_controlled); });
-  } else if (!is_controlled) {
-    v.refuse("grasp", "needs grasp.press without control: write it as a map");
-  }
-  scene.grasp = wish;
+/// A vector, or a direction with a magnitude.
+void describe_gravity(Visitor& v, Scene& scene) {
+  const KeyRow row{
+      "gravity", kAcceleration, "", "[0 m/s^2, 0 m/s^2, 0 m/s^2]",
+      "The acceleration of gravity in the hand frame, which is the world; as a map, in which direction, and "
+      "how strong."};
+  v.value_or_map(row, scene.gravity, scene.gravity_in_object_frame, [&] {
+    Vector3d down = scene.gravity;
+    double magnitude = scene.gravity.norm();
+    describe_direction(v, {"down", kNone, "", "", "The direction in which it acts, of any length but zero."}, down);
+    v.key({"magnitude", kAcceleration, ">= 0", "9.81 m/s^2", "How strong it is."}, magnitude);
+    if (v.is_there("frame", scene.gravity_in_object_frame)) {
+      v.choice({"frame", kNone, "hand | object", "(Without it: hand.)",
+                "The frame in which down is: the hand's, or the object's at the start, so that the object is upright "
+                "whichever grasp is found."},
+               scene.gravity_in_object_frame, {false, true});
+    }
+    if (v.reads()) scene.gravity = magnitude * down;
+  });
 }
 
 }  // namespace
@@ -247,9 +227,7 @@ void describe(Visitor& v, SceneFile& file) {
   v.key({"name", kNone, "", "", "The scene's name in results."}, scene.name);
   v.map({"time", kNone, "", "", "How long the scene runs, and the periods of its two loops."},
         [&] { describe_time(v, scene); });
-  v.key({"gravity", kAcceleration, "", "[0 m/s^2, 0 m/s^2, 0 m/s^2]",
-         "The acceleration of gravity in the hand frame, which is the world."},
-        scene.gravity);
+  describe_gravity(v, scene);
   v.map({"hand", kNone, "", "", "The hand, its posture and its joints; or fingertips on slides in place of it."}, [&] {
     if (v.when(!slides)) describe_hand(v, file, is_found, is_controlled);
     if (v.when(slides)) describe_slides(v, scene);
@@ -259,7 +237,7 @@ void describe(Visitor& v, SceneFile& file) {
         scene.fingertips, [&](FingertipSettings& tips) { describe_fingertips(v, tips); });
   v.map({"object", kNone, "", "", "The object that is held."},
         [&] { describe_object(v, scene.object, is_found, scene.fingertips.has_value()); });
-  if (v.when(is_found)) describe_grasp(v, scene, is_controlled);
+  if (v.when(is_found)) describe_grasp(v, file, is_controlled);
   v.map({"contact", kNone, "", "", "Contacts between fingers and object."}, [&] { describe_contact(v, scene); });
   const bool is_pressed = scene.grasp && scene.grasp->press_N;
   if (v.when(is_controlled))
@@ -271,7 +249,7 @@ void describe(Visitor& v, SceneFile& file) {
   }
   v.map({"environment", kNone, "", "(Without it the object touches the fingers alone.)",
          "What is around the object: rigid bodies with exact surfaces. Fingers do not touch them."},
-        scene.environment, [&](Environment& environment) { describe_environment(v, environment); });
+        scene.environment, [&](Environment& environment) { describe_environment(v, environment, scene); });
   if (v.reads() && scene.environment) scene.environment->place = v.location("environment");
   if (v.is_there("task", true))
     v.map({"task", kNone, "", "(Without it the target stays where the object starts.)",

@@ -15,7 +15,8 @@ using enum Dimension;
 namespace {
 
 /// The cones of grasp forces, whose friction is a number, or felt, and how hard the fingers squeeze.
-void describe_grasp_forces(Visitor& v, ControlSettings& control, bool is_pressed, bool feels) {
+void describe_grasp_forces(Visitor& v, SceneFile& file, bool is_pressed, bool feels) {
+  ControlSettings& control = *file.scene.control;
   const KeyRow friction{"friction", kNone, "0 .. 10 | felt", "",
                         "The coefficient of friction of their cones; felt: of each finger, what its fingertip feels, "
                         "with control.grasp.margin."};
@@ -41,11 +42,14 @@ void describe_grasp_forces(Visitor& v, ControlSettings& control, bool is_pressed
       if (v.has(key)) v.refuse(key, "counts with friction: felt alone");
     }
   }
-  if (v.when(!is_pressed)) {
+  if (file.taken_squeeze_N && !v.has("internal_force")) {
+    control.internal_force_N = *file.taken_squeeze_N;
+    v.use_default("internal_force", to_text(control.internal_force_N, kForce));
+  } else if (v.when(!is_pressed)) {
     v.key({"internal_force",
            kForce,
            ">= 0",
-           "(Required without grasp.press, refused with it.)",
+           "(Required without grasp.press, refused with it. With grasp.from: that of the grasp.)",
            "The internal force, by which the fingers squeeze.",
            {"internal_force_N", "squeeze", "N", 0.1, 20.0}},
           control.internal_force_N);
@@ -206,7 +210,7 @@ void describe_control(Visitor& v, SceneFile& file, bool is_pressed) {
     v.key({"tangential", kStiffness, "> 0", "", "Its tangential stiffness."}, control.pulp_tangential_N_per_m);
   });
   v.map({"grasp", kNone, "", "", "The grasp forces that the controller asks for."},
-        [&] { describe_grasp_forces(v, control, is_pressed, feels); });
+        [&] { describe_grasp_forces(v, file, is_pressed, feels); });
   v.map({"position", kNone, "", "", "The PID controller of the object's position."},
         [&] { describe_position_gains(v, control.position); });
   v.map({"rotation", kNone, "", "", "The PID controller of the object's rotation."},

@@ -44,19 +44,47 @@ std::optional<double> same_friction(const Environment& environment) {
   return friction;
 }
 
+/// Where a body is: at its position, or under the object.
+void describe_place(Visitor& v, EnvironmentBody& body) {
+  const bool is_under = v.is_there("under", body.under_gap_m.has_value());
+  if (v.when(is_under)) {
+    bool stands = true;
+    double gap_m = body.under_gap_m.value_or(0.0);
+    v.choice({"under", kNone, "object", "(Without it the body is at its position.)",
+              "The object stands on the body, a plane, a box or a cylinder: its top is level and touches the object's "
+              "lowest point, and its middle is below the centre of mass."},
+             stands, {true});
+    v.key({"gap", kLength, "0 .. 1 m", "0 m", "How far below the object it is."}, gap_m);
+    body.under_gap_m = gap_m;
+    for (const char* key : {"position", "rotation"}) {
+      if (v.reads() && v.has(key)) v.refuse(key, "follows from under: leave out one of them");
+    }
+    if (std::holds_alternative<SphereShape>(body.shape) || std::holds_alternative<HoleShape>(body.shape)) {
+      v.refuse("under", "is for a plane, a box or a cylinder, which have a level top");
+    }
+  } else if (v.has("gap")) {
+    v.refuse("gap", "goes with under: object");
+  }
+  if (!v.when(!is_under)) return;
+  Vector3d position_m = body.X_WE.translation();
+  Matrix3d rotation = body.X_WE.linear();
+  v.key({"position", kLength, "", "(Required without under, refused with it.)",
+         "Of its frame, in that of environment.frame."},
+        position_m);
+  describe_rotation(v,
+                    {"rotation", kNone, "", "(Without it: as environment.frame is.)",
+                     "Of its frame: its columns are the body's axes in environment.frame."},
+                    rotation);
+  body.X_WE.translation() = position_m;
+  body.X_WE.linear() = rotation;
+}
+
 /// `all`: the friction of bodies that have none of their own.
 void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double>& all) {
   v.key({"name", kNone, "", "(Without it: its number.)", "What it is called where it is told of."}, body.name);
   v.one_of({"shape", kNone, "", "", "Its shape, with full sizes; an axis of revolution is z."},
            [&] { describe_solid(v, body.shape); });
-  Vector3d position_m = body.X_WE.translation();
-  Matrix3d rotation = body.X_WE.linear();
-  v.key({"position", kLength, "", "", "Of its frame, in the hand's, which is the world."}, position_m);
-  v.key({"rotation", kNone, "", "(Without it: as the world is.)",
-         "Of its frame: its columns are the body's axes in the world."},
-        rotation);
-  body.X_WE.translation() = position_m;
-  body.X_WE.linear() = rotation;
+  describe_place(v, body);
   std::optional<double> own;
   if (!all) own = body.friction;
   v.key({"friction", kNone, "0 .. 10", "(Without it: environment.friction.)",
@@ -67,7 +95,7 @@ void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double
   v.list({"move", kNone, "", "(Without it the body stays where it is.)",
           "Minimum-jerk moves, which add up. A table that moves down is an arm that lifts."},
          body.moves, [&](EnvironmentMove& move) {
-           v.key({"by", kLength, "", "", "How far, world axes."}, move.by_m);
+           v.key({"by", kLength, "", "", "How far, along the axes of environment.frame."}, move.by_m);
            v.key({"from", kTime, ">= 0", "", "When it begins."}, move.from_s);
            v.key({"over", kTime, "> 0", "", "How long it takes."}, move.over_s);
          });
@@ -75,7 +103,29 @@ void describe_body(Visitor& v, EnvironmentBody& body, const std::optional<double
 
 }  // namespace
 
-void describe_environment(Visitor& v, Environment& environment) {
+namespace {
+
+/// Why no body can be under the object; empty: one can.
+std::string why_not_under(const Scene& scene, const Environment& environment) {
+  if (scene.gravity.isZero(0.0)) return "needs gravity, which says where down is";
+  if (!scene.grasp) return "";
+  if (!scene.gravity_in_object_frame) {
+    return "needs gravity in the object's frame, gravity: {down: [0, 0, -1], frame: object}, for how a grasp that is "
+           "found turns the object in the hand is not known";
+  }
+  return environment.in_object_frame ? "" : "needs environment.frame: object where the grasp is found";
+}
+
+}  // namespace
+
+void describe_environment(Visitor& v, Environment& environment, const Scene& scene) {
+  if (v.is_there("frame", environment.in_object_frame)) {
+    v.choice({"frame", kNone, "hand | object", "(Without it: hand.)",
+              "The frame in which bodies, their moves and task.goal are: the hand's, which is the world, or the "
+              "object's at the start."},
+             environment.in_object_frame, {false, true});
+  }
+  const std::string no_under = v.is_refused("frame") ? "" : why_not_under(scene, environment);
   std::optional<double> friction;
   if (!v.reads()) friction = same_friction(environment);
   v.key({"friction",
@@ -97,6 +147,7 @@ void describe_environment(Visitor& v, Environment& environment) {
     ++number;
     describe_body(v, body, friction);
     if (v.reads() && body.name.empty()) body.name = std::to_string(number);
+    if (body.under_gap_m && !no_under.empty()) v.refuse("under", no_under);
   });
   if (environment.bodies.empty() && !v.is_refused("bodies")) v.refuse("bodies", "names no body");
 }

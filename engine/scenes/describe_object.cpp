@@ -42,18 +42,18 @@ void describe_mug(Visitor& v, Mug& mug) {
 
 /// `cloud: scan.ply`, or `cloud: {file: scan.ply, unit: mm}`; a unit by its name or, as "25.4 mm", as a length.
 void describe_cloud(Visitor& v, CloudShape& cloud) {
-  v.file_or_map({"cloud", kNone, "", "", "A mesh or a point cloud in metres; as a map, a file in any unit."},
-                cloud.file, [&] {
-                  v.key({"file", kNone, "", "", "The file of the mesh or the point cloud."}, cloud.file);
-                  const KeyRow unit{"unit", kLength, "> 0 | m | cm | mm | um", "1 m",
-                                    "What 1 in the file measures: a unit or a length."};
-                  const std::string name = v.word(unit, "");
-                  if (name.empty()) {
-                    v.key(unit, cloud.unit_m);
-                  } else {
-                    cloud.unit_m = read_quantity("1 " + name, kLength).value;
-                  }
-                });
+  v.value_or_map({"cloud", kNone, "", "", "A mesh or a point cloud in metres; as a map, a file in any unit."},
+                 cloud.file, true, [&] {
+                   v.key({"file", kNone, "", "", "The file of the mesh or the point cloud."}, cloud.file);
+                   const KeyRow unit{"unit", kLength, "> 0 | m | cm | mm | um", "1 m",
+                                     "What 1 in the file measures: a unit or a length."};
+                   const std::string name = v.word(unit, "");
+                   if (name.empty()) {
+                     v.key(unit, cloud.unit_m);
+                   } else {
+                     cloud.unit_m = read_quantity("1 " + name, kLength).value;
+                   }
+                 });
 }
 
 void describe_shape(Visitor& v, Shape& shape) {
@@ -145,9 +145,10 @@ void describe_object(Visitor& v, ObjectSettings& object, bool is_found, bool fin
     v.key({"position", kLength, "", "(Required without grasp, refused with it.)",
            "The origin of the object frame at the start, in the hand frame."},
           position_m);
-    v.key({"rotation", kNone, "", "(Required without grasp, refused with it.)",
-           "The rotation of the object at the start: its columns are the object's axes in the hand frame."},
-          rotation);
+    describe_rotation(v,
+                      {"rotation", kNone, "", "(Required without grasp, refused with it.)",
+                       "The rotation of the object at the start: its columns are the object's axes in the hand frame."},
+                      rotation);
     object.X_WO.translation() = position_m;
     object.X_WO.linear() = rotation;
   }

@@ -201,9 +201,11 @@ void check_phases(Visitor& v, const Scene& scene) {
 void describe_goal(Visitor& v, TaskGoal& goal) {
   v.key({"position", kLength, "", "(Without it any.)", "Where the origin of the object frame should be."},
         goal.position_m);
-  v.key({"rotation", kNone, "", "(Without it any.)",
-         "The rotation that the object should have. The turn of a body of revolution about its axis does not count."},
-        goal.rotation);
+  describe_rotation(v,
+                    {"rotation", kNone, "", "(Without it any.)",
+                     "The rotation that the object should have. The turn of a body of revolution about its axis does "
+                     "not count."},
+                    goal.rotation);
   if (v.reads() && !goal.position_m && !goal.rotation && !v.is_refused("position") && !v.is_refused("rotation"))
     v.refuse("position", "or rotation is required: without them nothing is judged");
   if (!v.is_there("within", true)) return;

@@ -48,10 +48,8 @@ class KeyTable final : public Visitor {
     add(row, kind);
     maps_.emplace_back(row.name);
   }
-  bool enters_map(const KeyRow& row, std::filesystem::path&) override {
-    enter(row, kPath);
-    return true;
-  }
+  bool is_map(std::string_view, bool) override { return true; }
+  void enter_in_place(const KeyRow& row) override { maps_.emplace_back(row.name); }
   std::size_t begin_list(const KeyRow& row, std::size_t) override {
     add(row, kMaps);
     return 1;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 #include "engine/formats/text.h"
@@ -31,6 +32,28 @@ double bound(const Key& key, std::string_view text) {
   if (!quantity.fault.empty()) throw std::logic_error(fmt::format("range of {}: {}", key.path, quantity.fault));
   return quantity.value;
 }
+
+/// Another word for a key's name, and how that is written where the two differ in more than their names.
+struct OtherWord {
+  std::string_view word, name, how = "";
+};
+constexpr OtherWord kOtherWords[]{
+    {"diameter", "radius", " (half the diameter)"},
+    {"radius", "diameter", " (twice the radius)"},
+    {"capsule", "superquadric", ": a capsule is nearly {size: [24 mm, 24 mm, 90 mm], exponents: [0.2, 1]}"},
+    {"ball", "sphere"},
+    {"cube", "box"},
+    {"block", "box"},
+    {"mesh", "cloud"},
+    {"file", "cloud"},
+    {"height", "length"},
+    {"length", "height"},
+    {"weight", "mass"},
+    {"orientation", "rotation"},
+    {"direction", "down"},
+    {"rpy", "euler"},
+    {"mu", "friction"},
+};
 
 }  // namespace
 
@@ -73,6 +96,10 @@ std::string_view nearest_key(Keys keys, std::string_view path) {
   const std::vector<const Key*> siblings = keys_below(keys, parent);
   const std::string_view sibling = nearest_among(siblings);
   if (!sibling.empty()) return sibling;
+  for (const OtherWord& other : kOtherWords) {
+    const auto same = std::ranges::find(siblings, other.name, [](const Key* key) { return name_of(*key); });
+    if (other.word == name && same != siblings.end()) return (*same)->path;
+  }
   const bool must_agree = !parent.empty() && !siblings.empty();
   std::vector<const Key*> all;
   std::vector<std::string_view> paths;
@@ -85,11 +112,21 @@ std::string_view nearest_key(Keys keys, std::string_view path) {
   return whole.empty() ? nearest_among(all) : whole;
 }
 
+std::string_view how_to_write(std::string_view word, std::string_view name) {
+  const auto other = std::ranges::find(kOtherWords, word, &OtherWord::word);
+  return other == std::end(kOtherWords) || other->name != name ? "" : other->how;
+}
+
 bool has_default(const Key& key) { return !key.without.empty() && !key.without.starts_with('('); }
 
 bool is_required(Keys keys, const Key& key) {
   const Key* const parent = find_key(keys, parent_of(key.path));
   return key.without.empty() && (parent == nullptr || parent->kind != kOneOf);
+}
+
+bool may_be_map(Keys keys, const Key& key) {
+  const bool is_value = key.kind == kQuantities || key.kind == kRotation || key.kind == kPath;
+  return is_value && !keys_below(keys, key.path).empty();
 }
 
 Range range_of(const Key& key) {

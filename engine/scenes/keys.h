@@ -18,12 +18,12 @@ enum class KeyKind {
   kOneOf,       ///< A map with exactly one of the keys below.
   kMaps,        ///< A list of maps.
   kQuantity,    ///< A number with a unit of the dimension.
-  kQuantities,  ///< A list of `items` of them, or of one for each joint of the hand.
+  kQuantities,  ///< A list of `items` of them, or of one for each joint of the hand. With keys below, it may be a map.
   kCount,       ///< A whole number.
-  kRotation,    ///< A rotation matrix: three rows of three numbers.
+  kRotation,    ///< A rotation matrix: three rows of three numbers. With keys below, it may be a map.
   kText,
   kTexts,  ///< A list of any length but zero.
-  kPath,   ///< A file, relative to the folder of the file that names it. With keys below, it may be a map instead.
+  kPath,   ///< A file, relative to the folder of the file that names it. With keys below, it may be a map.
   kFlag,   ///< true or false
   kChoice  ///< One of the range's words.
 };
@@ -71,15 +71,20 @@ using Keys = std::span<const Key>;  ///< A table: each key after the one above i
 /// Returns the names of keys_below().
 [[nodiscard]] std::vector<std::string_view> names_below(Keys keys, std::string_view path);
 
-/// Returns the path that an unknown one may be a slip of: a key of the same map with a similar name, else one of
-/// another map with the same name; where the table has no such map, one anywhere that is similar. Empty if none is
-/// near.
+/// Returns the path that an unknown one may be a slip of: a key of the same map with a similar name or, of other words
+/// for it, the one that is used here; else one of another map with the same name; where the table has no such map, one
+/// anywhere that is similar. Empty if none is near.
 [[nodiscard]] std::string_view nearest_key(Keys keys, std::string_view path);
+
+/// Returns how the value of a word is written under the name that is used here; mostly nothing.
+[[nodiscard]] std::string_view how_to_write(std::string_view word, std::string_view name);
 
 /// Returns true if the key has a value where the file does not name it.
 [[nodiscard]] bool has_default(const Key& key);
 /// Returns true if every map that may hold the key must hold it.
 [[nodiscard]] bool is_required(Keys keys, const Key& key);
+/// Returns true if the key is a value that a map may replace.
+[[nodiscard]] bool may_be_map(Keys keys, const Key& key);
 
 /// Bounds in SI and as written. Only keys that are no numbers have none.
 struct Range {

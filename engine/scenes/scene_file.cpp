@@ -77,6 +77,7 @@ std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scen
     if (shape.has("cloud")) add(shape.is_map("cloud") ? shape.map("cloud").path("file") : shape.path("cloud"));
   }
   if (root.is_map("control") && root.map("control").has("drive")) add(root.map("control").path("drive"));
+  if (root.is_map("grasp") && root.map("grasp").has("from")) add(root.map("grasp").path("from"));
   return files;
 }
 

@@ -14,9 +14,9 @@ namespace thenar {
 /// Throws ConfigError with every mistake at once, or FileError if all that is wrong is a file that cannot be read.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
-/// The files that a scene is made of: its own, the hand's, the object's if it is scanned, and that of control.drive.
-/// `overrides` as for load_scene(). Other faults of the scene than broken YAML are not reported here. Throws
-/// ConfigError and FileError.
+/// The files that a scene is made of: its own, the hand's, the object's if it is scanned, that of control.drive, and
+/// the scene that its grasp is from. `overrides` as for load_scene(). Other faults of the scene than broken YAML are
+/// not reported here. Throws ConfigError and FileError.
 [[nodiscard]] std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene,
                                                              const std::vector<std::string>& overrides);
 

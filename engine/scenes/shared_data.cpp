@@ -26,6 +26,9 @@ fs::path& chosen_folder() {
 
 fs::path scene_folder() { return shared_data() / "scenes"; }
 
+/// A draft or an editor's copy, which is no scene of the program's.
+bool is_hidden(const fs::path& file) { return file.filename().string().starts_with('.'); }
+
 /// The first sentence of the comment that a file begins with.
 std::string first_sentence(std::string_view text) {
   std::string sentence;
@@ -85,7 +88,7 @@ std::vector<std::string> known_hands() {
   std::vector<std::string> names;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(shared_data() / "scenes" / "hands", none)) {
-    names.push_back(entry.path().stem().string());
+    if (!is_hidden(entry.path())) names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -107,7 +110,7 @@ std::vector<KnownScene> known_scenes() {
   std::vector<KnownScene> scenes;
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(scene_folder(), none)) {
-    if (entry.path().extension() != ".yaml") continue;
+    if (entry.path().extension() != ".yaml" || is_hidden(entry.path())) continue;
     const std::string text = read_file(entry.path());
     // A hand is described by a file like these, and names no object.
     if (text.find("\nobject:") == std::string::npos) continue;

@@ -28,7 +28,8 @@ void Visitor::texts(const KeyRow&, std::vector<std::string>&) {}
 void Visitor::path(const KeyRow&, std::filesystem::path&) {}
 std::string Visitor::choice_of(const KeyRow&, std::string_view now) { return std::string(now); }
 void Visitor::enter(const KeyRow&, KeyKind) {}
-bool Visitor::enters_map(const KeyRow&, std::filesystem::path&) { return true; }
+bool Visitor::is_map(std::string_view, bool now) { return now; }
+void Visitor::enter_in_place(const KeyRow& row) { enter(row, KeyKind::kMap); }
 std::size_t Visitor::begin_list(const KeyRow&, std::size_t now) { return now; }
 void Visitor::begin_item(const KeyRow&, std::size_t) {}
 void Visitor::end_list() {}

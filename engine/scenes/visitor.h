@@ -83,10 +83,14 @@ class Visitor {
     map(row, [&] { below(now); });
     value = now;
   }
-  /// Shows a file, or a map in its place.
-  template <typename Below>
-  void file_or_map(const KeyRow& row, std::filesystem::path& file, Below below) {
-    if (!enters_map(row, file)) return;
+  /// Shows a value, or a map in its place; `as_map`: only the map can say what the settings have.
+  template <typename T, typename Below>
+  void value_or_map(const KeyRow& row, T& value, bool as_map, Below below) {
+    if (may_be_missing(row) && !is_there(row.name, as_map || !is_zero(value))) return;
+    const bool has_map = is_map(row.name, as_map);
+    if (when(!has_map)) show(row, value);
+    if (!when(has_map)) return;
+    enter_in_place(row);
     below();
     leave();
   }
@@ -145,8 +149,10 @@ class Visitor {
   virtual void path(const KeyRow&, std::filesystem::path&);
   virtual std::string choice_of(const KeyRow&, std::string_view now);
   virtual void enter(const KeyRow&, KeyKind);
-  /// Returns false for a file.
-  [[nodiscard]] virtual bool enters_map(const KeyRow&, std::filesystem::path&);
+  /// Returns true if a map stands in the place of a value; `now`: in the settings.
+  [[nodiscard]] virtual bool is_map(std::string_view name, bool now);
+  /// Enters such a map.
+  virtual void enter_in_place(const KeyRow&);
   /// Returns the number of items.
   [[nodiscard]] virtual std::size_t begin_list(const KeyRow&, std::size_t now);
   virtual void begin_item(const KeyRow&, std::size_t i);
@@ -171,6 +177,7 @@ class Visitor {
   }
 
   void show(const KeyRow& row, double& value) { number(row, value); }
+  void show(const KeyRow& row, Eigen::Vector4d& value) { numbers(row, value); }
   void show(const KeyRow& row, Eigen::Vector3d& value) { numbers(row, value); }
   void show(const KeyRow& row, Eigen::Vector2d& value) { numbers(row, value); }
   void show(const KeyRow& row, Eigen::Index& value) { count(row, value); }

@@ -136,6 +136,20 @@ std::string odd_line(std::string_view line, int column) {
   return "does not line up with the keys above it: those of one map have the same number of blanks before them";
 }
 
+/// A tab before a key, in the line where the parser stopped or in one before it, whose maps it has ended.
+std::optional<SyntaxFault> tab_before_key(std::string_view text, const std::vector<std::string_view>& lines,
+                                          std::size_t last) {
+  MarkScanner marks(text);
+  for (std::size_t i = 0; i < std::min(last + 1, lines.size()); ++i) {
+    const std::size_t tab = lines[i].find('\t');
+    if (tab >= lines[i].find_first_not_of(kBlanks) || stripped(lines[i]).empty()) continue;
+    // Within brackets and quotation marks lines may begin with anything.
+    if (i != last && !marks.opened_before(static_cast<int>(i + 1), 1).empty()) continue;
+    return SyntaxFault{static_cast<int>(i + 1), static_cast<int>(tab + 1), "a tab stands here: indent with blanks"};
+  }
+  return std::nullopt;
+}
+
 /// What is wrong with brackets, of which `opened` are open at the place.
 std::string bracket_fault(const std::vector<Opened>& opened, char found, bool is_end) {
   if (opened.empty()) return fmt::format("this '{}' closes nothing: leave it out", found);
@@ -171,10 +185,8 @@ SyntaxFault syntax_fault(std::string_view text, int line, int column, const std:
   if (auto fault = unclosed_quotes(text)) return *std::move(fault);
   const auto number = static_cast<std::size_t>(line - 1);
   if (parser == YAML::ErrorMsg::MAP_VALUE && number < lines.size()) return colon_fault(lines, line, column);
+  if (auto fault = tab_before_key(text, lines, number)) return *std::move(fault);
   const std::string_view here = number < lines.size() ? lines[number] : std::string_view();
-  if (const std::size_t tab = here.find('\t'); tab < here.find_first_not_of(kBlanks)) {
-    return {line, static_cast<int>(tab + 1), "a tab stands here: indent with blanks"};
-  }
   return {line, column, fault_at(here, column, MarkScanner(text).opened_before(line, column), parser)};
 }
 

@@ -74,7 +74,7 @@ TEST(Effort, HasTheTorquesOfVirtualWork) {
   problem.gravity.setZero();  // fingers have no weight here
   const auto [grasp, contacts] = held(problem);
   const Eigen::VectorXd f = Eigen::VectorXd::LinSpaced(9, -1.0, 2.0);
-  Effort effort(problem, human_hand(), contacts);
+  Effort effort(problem, human_hand(), contacts, Eigen::Isometry3d::Identity());
   const JointVector tau = effort.torques_Nm(grasp.q, f);
   constexpr double kStep = 1e-5;
   HandPose start, up, down;

@@ -65,7 +65,7 @@ TEST(Scene, FindsTheCentreOfAMesh) {
     const Scene scene = scene_of_file("solids.obj", text);
     std::vector<std::string> notes;
     const ImplicitSurface surface = make_object_surface(scene, notes);
-    return Eigen::Vector3d(1e3 * object_centroid_m(scene, surface, notes));
+    return Eigen::Vector3d(1e3 * object_solid(scene, surface, notes).centroid_m);
   };
   const std::string box = box_lines({0, 0, 0}, {30, 40, 60}, 1);
   EXPECT_LT((centre_mm(box) - Eigen::Vector3d(15, 20, 30)).norm(), 1e-9);
@@ -96,7 +96,7 @@ TEST(Scene, LeavesOutVectorsThatAreNotItsNormals) {
     };
     EXPECT_NE(says("left out the file's normals: "), are_own);
     EXPECT_NE(says("estimated the normals"), are_own);
-    EXPECT_LT(object_centroid_m(scene, surface, notes).norm(), 0.5e-3);
+    EXPECT_LT(object_solid(scene, surface, notes).centroid_m.norm(), 0.5e-3);
   }
 }
 
