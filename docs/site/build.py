@@ -59,7 +59,7 @@ def lay_out(tree: Path) -> None:
 def describe_headers(work: Path) -> None:
     """Reads the comments of the headers into XML."""
     settings = (PROJECT / "docs/site/Doxyfile").read_text()
-    settings += f'OUTPUT_DIRECTORY = "{work}/doxygen"\nSTRIP_FROM_PATH = "{PROJECT}"\n'
+    settings += f'OUTPUT_DIRECTORY = "{work}/doxygen"\nSTRIP_FROM_PATH = "{PROJECT}"\nSTRIP_FROM_INC_PATH = "{PROJECT}"\n'
     made = work / "doxygen/xml/index.xml"
     if made.exists() and all(path.stat().st_mtime < made.stat().st_mtime for path in headers()):
         return  # What depends on it need not be read again.
@@ -78,7 +78,7 @@ def main(work: Path, html: Path) -> int:
     lay_out(work / "tree")
     describe_headers(work)
     environment = {**os.environ, "THENAR_DOXYGEN": f"{work}/doxygen/xml"}
-    command = [sys.executable, "-B", "-m", "sphinx", "-W", "--keep-going", "-j", "auto", "-q", "-N", "-b", "html",
+    command = [sys.executable, "-B", "-m", "sphinx", "-W", "--keep-going", "-q", "-N", "-b", "html",
                "-c", str(PROJECT / "docs/site"), "-d", f"{work}/doctrees", str(work / "tree"), str(html)]
     return subprocess.run(command, env=environment).returncode
 

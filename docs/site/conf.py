@@ -2,13 +2,16 @@
 """How Sphinx makes the site of the project's documents and sources; build.py calls it."""
 from __future__ import annotations
 
+import functools
 import os
 import re
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 from breathe.renderer.sphinxrenderer import SphinxRenderer
 from docutils import nodes
+from sphinx import addnodes
 from sphinx.parsers import RSTParser
 from sphinx.search.en import SearchEnglish
 
@@ -22,6 +25,7 @@ extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 root_doc = "docs/index"
 source_suffix = {".md": "markdown", ".rst": "restructuredtext", ".h": "source", ".cpp": "source", ".py": "source"}
 myst_heading_anchors = 6
+highlight_language = "none"  # of a block that names no language
 
 breathe_projects = {"thenar": os.environ["THENAR_DOXYGEN"]}
 breathe_default_project = "thenar"
@@ -36,7 +40,7 @@ html_copy_source = False
 html_show_search_summary = False  # It would be fetched, which browsers refuse where a page is a file.
 html_show_copyright = False
 html_search_language = "questions"
-html_search_scorer = "scorer.js"
+html_search_scorer = str(PROJECT / "docs/site/scorer.js")
 
 # Figures, lists and histories have every word: they are found by their titles alone.
 NOT_SEARCHED = {"docs/measured", "docs/MODULES", "CHANGELOG"}
@@ -54,6 +58,7 @@ BELOW = {
     },
     "docs/decisions/README": {"Decisions": sorted(path.stem for path in (PROJECT / "docs/decisions").glob("0*.md"))},
 }
+LANGUAGES = {".cpp": "cpp", ".py": "python"}
 INSTALLED = {str(path.relative_to(PROJECT)) for path in headers()}
 
 
@@ -72,7 +77,7 @@ class Source(RSTParser):
 
     def parse(self, inputstring: str, document: nodes.document) -> None:
         name = os.path.relpath(document["source"], self.env.srcdir)
-        content = f".. doxygenfile:: {name}" if name in INSTALLED else f".. literalinclude:: /{name}"
+        content = f".. doxygenfile:: {name}" if name in INSTALLED else f".. literalinclude:: /{name}\n   :language: {LANGUAGES[Path(name).suffix]}"
         super().parse(f":orphan:\n\n{name}\n{'=' * len(name)}\n\n{content}\n", document)
 
 
@@ -84,9 +89,22 @@ def show_namespace(renderer, node):
     return renderer.render(namespace, renderer.context.create_child_context(namespace))
 
 
+def leave_names_of_others(app, doctree: nodes.document) -> None:
+    """Makes text of the names in declarations that no header of ours declares: Sphinx takes long to look for each."""
+    for node in list(doctree.findall(addnodes.pending_xref)):
+        if node.get("refdomain") == "cpp" and node["reftarget"].split("::")[-1] not in declared_names():
+            node.replace_self(node.children)
+
+
 def add_what_is_below(app, docname: str, source: list[str]) -> None:
     for caption, pages in BELOW.get(docname, {}).items():
         source[0] += f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "\n".join(pages) + "\n```\n"
+
+
+@functools.cache
+def declared_names() -> frozenset[str]:
+    index = ElementTree.parse(os.path.join(breathe_projects["thenar"], "index.xml"))
+    return frozenset(name.text.split("::")[-1] for name in index.iter("name"))
 
 
 def leave_out_of_search(app, doctree: nodes.document) -> None:
@@ -105,6 +123,7 @@ def setup(app) -> dict:
     app.add_source_parser(Source)
     app.add_search_language(Questions)
     app.connect("source-read", add_what_is_below)
+    app.connect("doctree-read", leave_names_of_others)
     app.connect("doctree-read", leave_out_of_search)
     app.connect("missing-reference", show_without_link)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

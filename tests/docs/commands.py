@@ -126,8 +126,11 @@ def subcommands(help_text: str) -> list[str]:
 
 
 def helps_of(program: Path) -> dict[str, str]:
-    """The help of each command."""
-    helps = {name: said(program, name, "--help") for name in subcommands(said(program, "--help"))}
+    """The help of each command; of demo its source, because the window is not built everywhere."""
+    names = subcommands(said(program, "--help"))
+    helps = {name: said(program, name, "--help") for name in names if name != "demo"}
+    sources = [PROJECT / "app/window/main.cpp", *(PROJECT / "app").glob("*_flags.cpp")]
+    helps["demo"] = "".join(path.read_text() for path in sources)
     for name in subcommands(helps["hand"]):
         helps["hand"] += said(program, "hand", name, "--help")
     return helps

@@ -29,9 +29,13 @@ const QUESTIONS = [
   ['link C++ library cmake', 'docs/guide/embed'],
   ['signals.csv columns', 'docs/reference/results'],
   ['unknown key error message', 'docs/guide/refusals', 'docs/guide/scenes'],
-  ['Delassus operator', 'docs/NOTATION', 'docs/ARCHITECTURE', 'docs/DEPARTURES'],
+  ['Delassus operator', 'engine/grasp/delassus', 'docs/NOTATION', 'docs/ARCHITECTURE'],
   ['slip detection reflex', 'docs/guide/reflex'],
   ['original paper', 'docs/guide/paper'],
+  ['how hard can the hand pinch', 'docs/guide/hands'],
+  ['Jupyter notebook', 'docs/guide/python'],
+  ['haptic device', 'docs/guide/embed'],
+  ['SCHED_FIFO', 'docs/guide/realtime'],
   ['contact_tick', 'engine/grasp/contact_tick'],
   ['Simulation.step', 'docs/site/python'],
 ];
@@ -78,6 +82,7 @@ load('searchindex.js');
 /** The pages of the first results, as the page of the search lists them. */
 function found(question) {
   page.question = question;
+  page.location.search = `?${new URLSearchParams({q: question})}`;
   page.list = element();
   vm.runInContext(`Object.assign(Search, {output: list, title: {}, status: {}, stopPulse() {}, dots: {}});
                    Search.query(question);`, page);
