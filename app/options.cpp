@@ -345,6 +345,14 @@ void add_export(CLI::App& app, Options& options) {
   formats->require_option(1, 4);
 }
 
+void add_docs(CLI::App& app, Options& options) {
+  CLI::App* const docs =
+      app.add_subcommand("docs", "Prints where the documents are as a site, and opens them on a desktop");
+  docs->add_flag_callback(
+      "--no-browser", [&options] { options.browser = false; }, "Opens no browser, only prints the file's path");
+  docs->footer("Exit code: 0, 2 for a wrong command, 3 if the site is missing.");
+}
+
 void add_doctor(CLI::App& app, Options& options) {
   CLI::App* const doctor =
       app.add_subcommand("doctor", "Says what this machine can keep, and how to get what it refuses");
@@ -376,6 +384,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");
   add_doctor(app, options);
   app.add_subcommand("scenes", "Lists the scenes that come with the program");
+  add_docs(app, options);
 
   const std::string wrong = wrong_command(app, {argv + std::min(argc, 1), argv + argc});
   if (!wrong.empty()) {

@@ -63,6 +63,8 @@ struct Options {
   HandOptions hand;
   StiffnessOptions stiffness;
 
+  bool browser = true;  ///< For docs: open them on a desktop.
+
   // Options of sweep.
   std::vector<std::string> vary;  ///< Variations as written; the last one turns fastest.
   int jobs = 0;                   ///< Rows at a time; 0: one a core, or one a process under mpirun.

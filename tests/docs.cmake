@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # The documents name what is there. Fails on a relative link that leads nowhere, on a source file in backticks that does not
-# exist, on a `./dev` command that dev does not know, on a file of an example command that is missing, on a README of more than
-# 140 lines, without the table's markers or with another example than the built one, and on a version in CITATION.cff that is not the project's.
+# exist, on a file of an example command that is missing, on a README of more than 140 lines, without the table's markers or
+# with another example than the built one, and on a version in CITATION.cff that is not the project's. Commands, flags and
+# keys are checked by tests/docs/commands.py.
 # Run in the project's root: cmake -P tests/docs.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -36,10 +37,6 @@ macro(check_heading document target anchor)
     list(APPEND faults "${document}: ${target} has no heading '${anchor}'")
   endif()
 endmacro()
-
-# Where dev's commands are named: `  run | check)`.
-file(STRINGS dev cases REGEX "^  [a-z -]+( \\| [a-z -]+)*\\)")
-string(REGEX REPLACE "[^a-z]+" ";" commands "${cases}")
 
 file(GLOB documents RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.md docs/*.md docs/*/*.md)
 foreach(document ${documents})
@@ -82,9 +79,6 @@ foreach(document ${documents})
 
   string(REGEX MATCHALL "(\\./dev|thenar) [^\n`#]+" lines "${text}")
   foreach(line ${lines})
-    if(line MATCHES "^\\./dev ([a-z]+)" AND NOT CMAKE_MATCH_1 IN_LIST commands)
-      list(APPEND faults "${document}: dev has no command '${CMAKE_MATCH_1}'")
-    endif()
     string(REGEX MATCHALL "(configs|tests|examples)/[A-Za-z0-9_./*-]*[A-Za-z0-9_*]" paths "${line}")
     foreach(path ${paths})
       check_path(${document} "${path}")

@@ -7,6 +7,7 @@
 #include "app/exit_code.h"
 #include "app/host.h"
 #include "app/program.h"
+#include "app/run/docs.h"
 #include "app/run/doctor.h"
 #include "app/run/export.h"
 #include "app/run/fields.h"
@@ -39,6 +40,7 @@ int run_command(int argc, char** argv) {
                           {"fields", tell_fields},
                           {"schema", [](const Options&) { return print(keys_as_schema()); }},
                           {"doctor", tell_machine},
+                          {"docs", show_docs},
                           {"scenes", [](const Options&) { return print(list_of_scenes()); }}};
   return run_program(argc, argv, commands, "thenar-studies");
 }

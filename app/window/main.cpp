@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program `thenar-window`, which `thenar demo` becomes: a scene while it runs, or a recording, in a browser.
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -23,6 +20,7 @@
 
 #include "app/exit_code.h"
 #include "app/host.h"
+#include "app/open_page.h"
 #include "app/record_flags.h"
 #include "app/results.h"
 #include "app/scene_flags.h"
@@ -175,26 +173,6 @@ std::string way_from_elsewhere(const std::string& url, const Options& options) {
   return fmt::format("ssh -L {}:{} {}, then the same address there.", place.substr(place.rfind(':') + 1), place, name);
 }
 
-/// Starts the desktop's browser, without a shell, which would read the address as a command. Nothing is lost with one
-/// that cannot be opened: the address is printed.
-void open_browser(std::string url) {
-  posix_spawn_file_actions_t silence;
-  posix_spawn_file_actions_init(&silence);
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    posix_spawn_file_actions_addopen(&silence, stream, "/dev/null", O_RDWR, 0);
-  }
-  // Ctrl-C at the terminal is not for the browser.
-  posix_spawnattr_t apart;
-  posix_spawnattr_init(&apart);
-  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
-  char program[] = "xdg-open";
-  char* const arguments[] = {program, url.data(), nullptr};
-  pid_t started = 0;
-  posix_spawnp(&started, program, &silence, &apart, arguments, environ);
-  posix_spawn_file_actions_destroy(&silence);
-  posix_spawnattr_destroy(&apart);
-}
-
 /// Says where the page is, and opens it where there is a desktop.
 void announce(const std::string& url, const Options& options) {
   std::cout << url << std::endl;
@@ -203,9 +181,7 @@ void announce(const std::string& url, const Options& options) {
   }
   // Nobody could find a page whose address is nowhere to be read.
   if (!std::cout) throw FileError("standard output", "could not be written in full");
-  const bool desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
-  if (!options.browser || !desktop) return;
-  open_browser(url);
+  if (options.browser) app::open_page(url);
 }
 
 void replay(const Options& options) {

@@ -13,8 +13,8 @@
 namespace thenar {
 
 /// Colours: red, green, blue in 0 .. 1.
-inline const Eigen::Vector3d kBone(0.86, 0.80, 0.70);
-inline const Eigen::Vector3d kSkin(0.93, 0.72, 0.62);
+inline const Eigen::Vector3d kBone{0.86, 0.80, 0.70};
+inline const Eigen::Vector3d kSkin{0.93, 0.72, 0.62};
 
 /// Gnuplot style for the output of painted().
 inline constexpr const char* kDiscs = "using 1:2:3:4 with circles lc rgb variable";

@@ -12,7 +12,7 @@ namespace thenar::mcap {
 
 static_assert(std::endian::native == std::endian::little, "MCAP is little-endian");
 
-inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kRecordHead = 9;  ///< Kind and length.
 enum Kind : std::uint8_t {
   kHeader = 1,

@@ -78,6 +78,7 @@ struct Scenes {
   std::string_view which;  ///< "of scenes with an environment".
 };
 
+/// Those whose fingertips feel. \hideinitializer
 inline constexpr Scenes kFeelingScenes{[](const Model& model) { return model.feels(); },
                                        "of scenes with `fingertips.touch`"};
 
@@ -99,7 +100,7 @@ enum class Block : std::uint8_t {
 struct TickField {
   std::string_view name = {}, unit = {};  ///< In messages, recordings and Python. Unit: empty for a plain number.
   Of of = Of::kNumber;
-  /// Name in columns, as <whose>_<shown>_<axis>_<shown unit>, times the factor; empty: by its name.
+  /// Name in columns, as `<whose>_<shown>_<axis>_<shown unit>`, times the factor; empty: by its name.
   std::string_view shown = {}, shown_unit = {};
   double factor = 1.0;
   std::string_view sentence = {};

@@ -8,7 +8,7 @@ from typing import NamedTuple, Optional
 class Diagnostic(NamedTuple):
     """One thing wrong with a scene."""
 
-    location: str  #: "file:line:column", or "--set key" for a value that set() gave.
+    location: str  #: ``file:line:column``, or ``--set key`` for a value that set() gave.
     key: str  #: Full path, such as "object.mass".
     message: str  #: What is wrong, and what would be right.
 

@@ -61,7 +61,7 @@ def contact(
     guess: Optional[npt.ArrayLike] = None,
 ) -> ContactSolution:
     """Contact forces f with Coulomb friction: delta = W f + delta_free, 0 <= f_n, delta_n >= 0, f_n delta_n = 0, and
-    f_t minimises f_t . delta_t over |f_t| <= mu f_n.
+    f_t minimises f_t . delta_t over norm(f_t) <= mu f_n.
 
     W: (3n, 3n) Delassus operator [m/N], symmetric; rows normal, tangent 1, tangent 2 of each contact.
     delta_free: (3n,) gaps and slips without contact forces [m]. mu: (n,) or a number.
