@@ -364,7 +364,12 @@ function showColumn(part) {
 const togglePlots = () => showColumn(shownParts.contains('finds') || shownParts.contains('no-grasp') ? 'plots' : null);
 const toggleGrasps = () => showColumn(shownParts.contains('finds') ? 'plots' : 'grasps');
 const toggleLoops = () => press('show-loops', !shownParts.toggle('no-loops'));
-const toggleHelp = () => (byId('help').open ? byId('help').close() : byId('help').showModal());
+const toggleHelp = () => {
+  const help = byId('help');
+  if (help.open) return help.close();
+  help.showModal();
+  help.querySelector('.inside').scrollTop = 0;
+};
 
 function film() {
   const {filming} = capture;

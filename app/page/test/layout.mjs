@@ -107,7 +107,7 @@ const cutTexts = () => page.evaluate(() => {
 
 /** Buttons and figures within a part that lie on one another, or beyond it. */
 const overlaps = (selector) => page.locator(selector).evaluate((whole) => {
-  const parts = [...whole.querySelectorAll('button, select, h1, .badge, .figure, input, output')]
+  const parts = [...whole.querySelectorAll('button, select, a, h1, .badge, .figure, input, output')]
       .filter((part) => part.checkVisibility({visibilityProperty: true}) && !part.closest(':popover-open'))
       .map((part) => ({name: part.id || part.textContent, box: part.getBoundingClientRect()}));
   const edge = whole.getBoundingClientRect();
@@ -252,6 +252,26 @@ test('a loss is told before warnings, beside the picture, and is closed; all sta
     link.send(JSON.stringify({...status, outcome: 'held', reason: '', warnings: [], note: null}));
     await page.waitForFunction(() => document.getElementById('say').textContent === 'held');
   });
+});
+
+test('found grasps fit, with all their figures', async () => {
+  const figures = [['width', 'mm', 1], ['press', 'N', 2], ['margin', '', 2], ['needed friction', '', 2], ['limit', 'deg', 0], ['effort', 'N m', 3],
+    ['patch', '', 2], ['travel', 'mm', 0]].map(([shown, shown_unit, digits]) => ({name: shown, shown, shown_unit, digits, factor: 1, sentence: shown}));
+  const {fingers, segments, poses, object} = await page.evaluate(() => ({fingers: window.thenar.scene.fingers, segments: window.thenar.scene.segments,
+    poses: Array.from(window.thenar.state.segments), object: Array.from(window.thenar.state.object)}));
+  const grasp = {...Object.fromEntries(figures.map(({name}) => [name, 88.888])), fingers: fingers.map(({name}) => name), limit_joint: 'a joint',
+    within_limits: true, words: 'the thumb faces the others across the middle of the box. '.repeat(5), hand: {fingers, segments, poses}, object, scene: ''};
+  link.send(JSON.stringify({type: 'grasps', search: 1, running: false, stopping: false, share: 1, found: 3, taken: 2, refusal: null, took_s: 123.4,
+    measures: figures, grasps: [grasp, {...grasp, within_limits: false}, grasp]}));
+  await page.keyboard.press('g');
+  await page.locator('#grasps li').first().waitFor();
+  await atEachSize('grasps', async (name, width, height) => {
+    await expectFits(name, height);
+    for (let i = 0; i < 3; ++i) assert.deepEqual(await overlaps(`#grasps li:nth-child(${i + 1})`), [], name);
+    if (width <= kPhone) await expectFingers(name);
+    await shoot(name);
+  });
+  await page.keyboard.press('g');
 });
 
 test('a replay fits', async () => {
