@@ -28,12 +28,12 @@ AskedScene asked_scene(const std::optional<AskedScene>& asked, const Scene& runn
 
 }  // namespace
 
-LiveGrasps::LiveGrasps(const Model& model, const std::optional<AskedScene>& asked, bool recorded)
+LiveGrasps::LiveGrasps(const Model& model, const std::optional<AskedScene>& asked)
     : asked_(asked_scene(asked, model.scene)),
       own_(model.scene),
-      recorded_fingers_(recorded ? fingers_of(model.scene.hand) : std::vector<std::string>()),
       search_(model.object),
-      now_asked_(asked_) {}
+      now_asked_(asked_),
+      now_fingers_(fingers_of(own_.hand)) {}
 
 std::string LiveGrasps::find(const Find& wish, const LiveSettings& begun, const LiveSettings& now) {
   if (own_.hand.slides) return "fingertips on slides are no hand to find a grasp for";
@@ -47,14 +47,16 @@ std::string LiveGrasps::find(const Find& wish, const LiveSettings& begun, const 
   return search_.begin(std::move(asked), wish.best);
 }
 
-std::string LiveGrasps::check(const Take& grasp) {
-  if (grasp.grasp == 0) return "";
-  const SearchState state = search_.state();
-  const bool there = state.grasps && state.search == grasp.search &&
-                     grasp.grasp <= static_cast<int>(state.grasps->report.grasps.size());
-  if (!there) return "there is no such grasp any more: take one of the newest search";
-  if (recorded_fingers_.empty() || fingers_of(grasp_scene(*state.grasps, grasp.grasp).hand) == recorded_fingers_)
-    return "";
+std::string LiveGrasps::check(const Take& grasp, bool recorded) {
+  std::vector<std::string> fingers = fingers_of(own_.hand);
+  if (grasp.grasp > 0) {
+    const SearchState state = search_.state();
+    const bool there = state.grasps && state.search == grasp.search &&
+                       grasp.grasp <= static_cast<int>(state.grasps->report.grasps.size());
+    if (!there) return "there is no such grasp any more: take one of the newest search";
+    fingers = fingers_of(grasp_scene(*state.grasps, grasp.grasp).hand);
+  }
+  if (!recorded || fingers == now_fingers_) return "";
   return "this grasp has other fingers than the recording that is being made";
 }
 
@@ -68,6 +70,11 @@ std::optional<Model> LiveGrasps::take(const Take& grasp) {
   taken_ = grasp;
   found_ = std::move(found);
   return model;
+}
+
+void LiveGrasps::ask_as_taken() {
+  now_asked_ = found_ ? found_->asked : asked_;
+  now_fingers_ = fingers_of(found_ ? grasp_scene(*found_, taken_.grasp).hand : own_.hand);
 }
 
 void LiveGrasps::show(const std::function<void(std::string)>& set_grasps) {

@@ -33,6 +33,7 @@ struct Wanted {
   int steps = 0;             ///< Pending steps.
   bool reset = false;        ///< Pending reset.
   std::optional<Take> take;  ///< Pending grasp.
+  bool record = false;       ///< A recording is to be made.
   LiveSettings settings;
   LiveSettings begun;  ///< Settings at the scene's beginning.
 

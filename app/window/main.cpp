@@ -90,7 +90,8 @@ std::vector<HostName> host_names(const std::vector<std::string>& texts) {
 
 /// What a recording has no use for.
 void check_recording(const CLI::App& demo) {
-  for (const char* flag : {"--set", "--contact-rate", "--control-rate", "--record", "--no-realtime", "--core"}) {
+  for (const char* flag :
+       {"--set", "--contact-rate", "--control-rate", "--record", "--record-folder", "--no-realtime", "--core"}) {
     if (demo.count(flag) > 0) throw CLI::ValidationError(flag, "is for a scene, not for a recording");
   }
 }
@@ -127,6 +128,9 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   demo->add_flag_callback(
       "--no-browser", [&] { options.browser = false; }, "Opens no browser, only prints the address");
   app::add_record(*demo, options.record, "File (.mcap) for what the run looks like");
+  demo->add_option("--record-folder", options.session.record_folder,
+                   "Folder for recordings that pages begin and end; default: the current one")
+      ->type_name("FOLDER");
   app::add_rates(*demo, options.rates, false);
   demo->add_flag_callback(
       "--no-realtime", [&] { options.session.realtime = false; },

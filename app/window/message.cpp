@@ -170,6 +170,8 @@ std::optional<Message> read_type(const std::string& type, Keys& keys) {
   if (type == "set") return read_set(keys);
   if (type == "find") return Find{keys.whole_or_none("best", 1, 20).value_or(Find{}.best)};
   if (type == "stop_finding") return StopFinding{};
+  if (type == "record") return Record{};
+  if (type == "stop_recording") return StopRecording{};
   if (type == "take") return Take{keys.whole("search", 0, 1'000'000'000), keys.whole("grasp", 0, 20)};
   return std::nullopt;
 }

@@ -49,6 +49,10 @@ struct Take {
 
   [[nodiscard]] bool operator==(const Take&) const = default;
 };
+/// Begins a recording, in a file that the program names.
+struct Record {};
+/// Ends the recording that is being made.
+struct StopRecording {};
 /// Present or new value of a key that can change while the scene runs, in the unit of its LiveKey: a number, three of
 /// them, or the word of a choice.
 using LiveValue = std::variant<double, Eigen::Vector3d, std::string>;
@@ -60,7 +64,7 @@ struct Set {
 };
 
 using Message = std::variant<Next, Ping, Pull, Release, Target, Poke, Pause, Resume, Step, Reset, Speed, Set, Find,
-                             StopFinding, Take>;
+                             StopFinding, Take, Record, StopRecording>;
 
 /// Reads one message. Whatever the text, every number of a message is finite and within its range; else there is none,
 /// and a reason.

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <type_traits>
@@ -22,6 +20,7 @@
 #include "app/window/reference.h"
 #include "app/window/session_film.h"
 #include "app/window/telemetry.h"
+#include "app/window/wishes.h"
 #include "engine/loops/live_contact.h"
 #include "engine/loops/pairing.h"
 #include "engine/loops/realtime.h"
@@ -52,8 +51,6 @@ struct Session::Impl {
   // The server's thread:
   std::string receive(const Message& message);
   void let_go();
-  template <typename Change>
-  void want(const Change& change);
   void send(const std::optional<double>& stamp_s);
 
   // The calling thread:
@@ -61,6 +58,7 @@ struct Session::Impl {
   void heed_wanted();
   void change_scene(const LiveSettings& before);
   void begin_with(const Take& wish);
+  void begin_film();
   void reset();
   [[nodiscard]] ControlSample first_control() const;
   void run_loops(const std::atomic<bool>& stop);
@@ -82,10 +80,7 @@ struct Session::Impl {
 
   // Between the threads.
   LatestValue<LiveInput> inputs;
-  std::mutex mutex;  // of `wanted`, and of what `grasps` searches for
-  Wanted wanted;
-  std::condition_variable woken;
-  std::atomic<bool> changed{false};
+  Wishes wishes;
 
   LiveGrasps grasps;
 
@@ -101,7 +96,7 @@ struct Session::Impl {
 
   // The calling thread's.
   const Display* display = nullptr;
-  std::optional<SessionFilm> film;
+  SessionFilm film;
   Wanted heeded;
   bool can_run = false;  ///< Grasp forces exist at the start.
   Pairing pairing;
@@ -124,15 +119,18 @@ struct Session::Impl {
 Session::Impl::Impl(Model m, const SessionSettings& s)
     : settings(s),
       core(s.realtime, s.core),
-      grasps(m, s.asked, !s.record.empty()),
+      grasps(m, s.asked),
       model(std::move(m)),
       hands(model),
+      surface(shown_surface(model)),
+      film(model, s.recording, s.record_folder),
       pairing([this](const ContactSample& sample, const ControlSample& control) { return see(sample, control); }),
       verdict(model) {
-  wanted.settings = wanted.begun = heeded.settings = live_settings(model);
+  heeded.settings = heeded.begun = live_settings(model);
+  heeded.record = !settings.record.empty();
+  wishes.correct([this](Wanted& w) { w = heeded; });
   reset();
-  if (!settings.record.empty()) film.emplace(settings.record, model, settings.recording, *live);
-  surface = film ? film->file.surface() : shown_surface(model);
+  if (heeded.record) film.begin(settings.record, surface, 0.0, *live);
 }
 
 // ---- The server's thread.
@@ -157,11 +155,11 @@ std::string Session::Impl::receive(const Message& message) {
       ++input.pokes;
       send(m.stamp_s);
     } else if constexpr (std::is_same_v<Kind, Pause>) {
-      want([](Wanted& w) { w.paused = true; });
+      wishes.change([](Wanted& w) { w.paused = true; });
     } else if constexpr (std::is_same_v<Kind, Resume>) {
-      want([](Wanted& w) { w.paused = false; });
+      wishes.change([](Wanted& w) { w.paused = false; });
     } else if constexpr (std::is_same_v<Kind, Step>) {
-      want([&](Wanted& w) {
+      wishes.change([&](Wanted& w) {
         if (w.paused) {
           w.steps = std::min(w.steps + 1, 100);
         } else {
@@ -170,21 +168,25 @@ std::string Session::Impl::receive(const Message& message) {
       });
     } else if constexpr (std::is_same_v<Kind, Reset>) {
       let_go();
-      want([](Wanted& w) { w.reset = true; });
+      wishes.change([](Wanted& w) { w.reset = true; });
     } else if constexpr (std::is_same_v<Kind, Find>) {
-      const std::lock_guard lock(mutex);
-      refusal = grasps.find(m, wanted.begun, wanted.settings);
+      wishes.change([&](Wanted& w) { refusal = grasps.find(m, w.begun, w.settings); });
     } else if constexpr (std::is_same_v<Kind, StopFinding>) {
       refusal = grasps.stop();
     } else if constexpr (std::is_same_v<Kind, Take>) {
-      refusal = grasps.check(m);
-      if (!refusal.empty()) return;
-      let_go();
-      want([&](Wanted& w) { w.take = m; });
+      wishes.change([&](Wanted& w) {
+        refusal = grasps.check(m, w.record);
+        if (refusal.empty()) w.take = m;
+      });
+      if (refusal.empty()) let_go();
+    } else if constexpr (std::is_same_v<Kind, Record>) {
+      wishes.change([&](Wanted& w) { refusal = std::exchange(w.record, true) ? "a recording is being made" : ""; });
+    } else if constexpr (std::is_same_v<Kind, StopRecording>) {
+      wishes.change([&](Wanted& w) { refusal = std::exchange(w.record, false) ? "" : "no recording is being made"; });
     } else if constexpr (std::is_same_v<Kind, Speed>) {
-      want([&](Wanted& w) { w.speed = m.value; });
+      wishes.change([&](Wanted& w) { w.speed = m.value; });
     } else if constexpr (std::is_same_v<Kind, Set>) {
-      want([&](Wanted& w) { refusal = change(m, w.settings); });
+      wishes.change([&](Wanted& w) { refusal = change(m, w.settings); });
     } else {
       refusal = "the server answers this";
     }
@@ -198,17 +200,6 @@ void Session::Impl::let_go() {
   input.target_shift_m.setZero();
   input.target_turn_rad.setZero();
   send({});
-}
-
-template <typename Change>
-void Session::Impl::want(const Change& change) {
-  const std::lock_guard lock(mutex);
-  const Wanted before = wanted;
-  change(wanted);
-  if (wanted == before) return;  // refused, or nothing new: the loops go on
-  // Relaxed: the mutex orders what is wanted; this only says when to look.
-  changed.store(true, std::memory_order_relaxed);
-  woken.notify_one();
 }
 
 void Session::Impl::send(const std::optional<double>& stamp_s) {
@@ -238,20 +229,12 @@ void Session::Impl::run(const Display& shown_on, const std::atomic<bool>& stop) 
       run_loops(stop);
     }
   }
-  if (film) film->file.finish();
+  film.finish(*live);
 }
 
 void Session::Impl::heed_wanted() {
-  changed.store(false, std::memory_order_relaxed);
   const bool scene_due = steady_now_ns() >= scene_due_ns;
-  Wanted now;
-  {
-    const std::lock_guard lock(mutex);
-    now = wanted;
-    wanted.steps = 0;
-    wanted.reset = false;
-    if (scene_due) wanted.take.reset();
-  }
+  Wanted now = wishes.heed(scene_due);
   now.steps = now.paused ? std::min(now.steps + heeded.steps, 100) : 0;
   scene_waits = !scene_due && (now.take || !same_fingertips(now.settings, heeded.settings));
   if (!scene_due) {
@@ -259,11 +242,23 @@ void Session::Impl::heed_wanted() {
     now.take.reset();
   }
   const LiveSettings before = std::exchange(heeded, now).settings;
+  if (!now.record) film.end(*live);
   const bool other_scene = !(now.settings == before);
   if (other_scene) change_scene(before);
-  if (now.take) return begin_with(*now.take);
-  // A start that no forces hold may be held by others.
-  if (now.reset || (other_scene && !can_run)) reset();
+  if (now.take) {
+    begin_with(*now.take);
+  } else if (now.reset || (other_scene && !can_run)) {
+    reset();  // A start that no forces hold may be held by others.
+  }
+  // A scene that is about to come may have other fingers.
+  if (now.record && !film.is_on() && !scene_waits) begin_film();
+}
+
+/// Begins a recording that a page wants.
+void Session::Impl::begin_film() {
+  film.begin_in_folder(surface, time_s(), *live);
+  still_shown = false;  // In a pause it gets the state that is seen.
+  if (!film.is_on()) wishes.correct([](Wanted& w) { w.record = false; });
 }
 
 /// Begins again, with a grasp that was found, or as the scene itself began.
@@ -273,16 +268,16 @@ void Session::Impl::begin_with(const Take& wish) {
   next->object_notes = std::move(model.object_notes);
   model = std::move(*next);
   scene_due_ns = steady_now_ns() + kSceneRest_ns;
-  {
-    const std::lock_guard lock(mutex);
-    const LiveSettings begun = live_settings(model);
-    wanted.settings = carried_over(heeded.settings, wanted.settings, begun);
-    wanted.begun = heeded.settings = begun;
+  const LiveSettings begun = live_settings(model);
+  wishes.correct([&](Wanted& w) {
+    w.settings = carried_over(heeded.settings, w.settings, begun);
+    w.begun = begun;
     grasps.ask_as_taken();
-  }
+  });
+  heeded.settings = heeded.begun = begun;
   reset();
   show_scene();
-  if (film) film->file.add_scene(model, 0.0);
+  film.add_scene(0.0);
 }
 
 void Session::Impl::change_scene(const LiveSettings& before) {
@@ -296,7 +291,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
     const double old_now_s = static_cast<double>(grasp->state().tick) * old->scene.step_s;
     grasp = std::make_unique<SplitGrasp>(model, *old, *grasp);
     live = std::make_unique<LiveContact>(model, inputs, hands);
-    if (film) film->follow(model, *live);
+    film.follow(*live);
     pairing.start(first_control());
     verdict.renew_monitor(time_s() - old_now_s);  // Its memory is as long as the steps are short.
   }
@@ -304,7 +299,7 @@ void Session::Impl::change_scene(const LiveSettings& before) {
   grasp->heed_scene();
   grasp->hold_frames_back(delay_periods());
   if (other_fingertips && display != nullptr) show_scene();
-  if (other_fingertips && film) film->file.add_scene(model, time_s());
+  if (other_fingertips) film.add_scene(time_s());
   telemetry.set_reference(kNotMeasured, kNotMeasured);
   still_shown = false;
 }
@@ -315,7 +310,7 @@ void Session::Impl::reset() {
   grasp = std::make_unique<SplitGrasp>(model);
   grasp->hold_frames_back(delay_periods());
   live = std::make_unique<LiveContact>(model, inputs, hands);
-  if (film) film->follow(model, *live);
+  film.follow(*live);
   telemetry = Telemetry();
   verdict.reset();
   note.reset();
@@ -380,7 +375,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
     }
     const bool may_end = steady_now_ns() - begin_ns > kShortestRun_ns;
     const bool scene_due = scene_waits && steady_now_ns() >= scene_due_ns;
-    return !stop && !(may_end && (scene_due || changed.load(std::memory_order_relaxed)));
+    return !stop && !(may_end && (scene_due || wishes.is_new()));
   };
   const ThreadsReport report = run_threads(*grasp, threads);
   telemetry.end_run(report);
@@ -388,7 +383,7 @@ void Session::Impl::run_loops(const std::atomic<bool>& stop) {
   unaccounted = std::max(unaccounted, report.frames.unaccounted() + report.frames.torn +
                                           report.snapshots.unaccounted() + report.snapshots.torn);
   telemetry.set_unaccounted(unaccounted);
-  if (film) film->take();
+  film.take();
   still_shown = false;
 }
 
@@ -409,15 +404,14 @@ void Session::Impl::do_step() {
   control.muscle_forces_N = grasp->muscle_forces_N();
   pairing.finish();
   pairing.add(control);
-  if (film) film->take();
+  film.take();
   still_shown = false;
 }
 
 void Session::Impl::wait_idle() {
   grasps.show(display->set_grasps);
-  if (!still_shown && (film || is_watched())) show_still();
-  std::unique_lock lock(mutex);
-  woken.wait_for(lock, kIdle, [this] { return changed.load(std::memory_order_relaxed); });
+  if (!still_shown && (film.is_on() || is_watched())) show_still();
+  wishes.wait(kIdle);
 }
 
 /// A tick, with the control tick of its frame.
@@ -426,7 +420,7 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   record_control(control.step.control, tick);
   verdict.add(tick, sample.after, control);
   last_tick = tick;
-  if (film) film->see(sample.after.tick, tick, control.muscle_forces_N, telemetry);
+  film.see(sample.after.tick, tick, control.muscle_forces_N, telemetry);
   if (!sample.shown) return true;
   live->pictures.take();
   // A picture taken since stands for a tick that is yet to come here.
@@ -439,7 +433,8 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
 /// What is done aside while the loops run.
 void Session::Impl::look_aside() {
   live->watched.store(is_watched(), std::memory_order_relaxed);
-  if (film) film->take();
+  film.take();
+  if (film.has_failed()) wishes.change([](Wanted& w) { w.record = false; });
   if (live->problems.take()) reference.offer(model, live->problems.current());
   if (const auto result = reference.take_result()) telemetry.set_reference(result->error, result->residual);
   grasps.show(display->set_grasps);
@@ -461,12 +456,12 @@ void Session::Impl::show_still() {
   take_picture(state, grasp->memory(), grasp->scratch(), picture);
   picture.pull = hands.pull();
   if (is_watched()) show(picture, last_tick, pairing.in_use().muscle_forces_N);
-  if (film) film->file.add(picture, last_tick, pairing.in_use().muscle_forces_N);
+  film.add(picture, last_tick, pairing.in_use().muscle_forces_N);
   still_shown = true;
 }
 
 void Session::Impl::show_scene() {
-  display->set_scene(live_scene(model, surface, wanted.begun).dump(), geometry_message(model, surface));
+  display->set_scene(live_scene(model, surface, heeded.begun).dump(), geometry_message(model, surface));
 }
 
 void Session::Impl::show_status(bool running) {
@@ -474,19 +469,21 @@ void Session::Impl::show_status(bool running) {
   const std::vector<std::string> sentences = verdict.warnings();
   shown_warnings = sentences.size();
   const auto or_null = [](const auto& text) { return text ? ordered_json(*text) : ordered_json(nullptr); };
-  const ordered_json json = {{"type", "status"},
-                             {"running", running},
-                             {"paused", heeded.paused},
-                             {"speed", heeded.speed},
-                             {"outcome", to_string(shown.outcome)},
-                             {"reason", shown.reason},
-                             {"warnings", sentences},
-                             {"note", or_null(note)},
-                             {"scheduling", scheduling},
-                             {"settings", settings_json(heeded.settings)}};
+  ordered_json json = {{"type", "status"},
+                       {"running", running},
+                       {"paused", heeded.paused},
+                       {"speed", heeded.speed},
+                       {"outcome", to_string(shown.outcome)},
+                       {"reason", shown.reason},
+                       {"warnings", sentences},
+                       {"note", or_null(note)},
+                       {"scheduling", scheduling},
+                       {"settings", settings_json(heeded.settings)}};
+  const ordered_json recorded = json;
+  json["recording"] = film.news();
   if (std::string text = json.dump(); std::exchange(status, text) == text) return;
   display->set_status(status);
-  if (film) film->file.add_status(last_tick.time_s, json);  // The state itself may be the contact thread's now.
+  film.add_status(last_tick.time_s, recorded);  // The state itself may be the contact thread's now.
 }
 
 Session::Session(Model model, const SessionSettings& settings)

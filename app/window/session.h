@@ -23,7 +23,8 @@ struct SessionSettings {
   int core = -1;                        ///< The contact thread's; -1: the last.
   bool quiet = false;                   ///< Log nothing.
   std::filesystem::path record;         ///< A recording of the run; empty: none.
-  thenar::RecordingSettings recording;  ///< Content of that recording.
+  std::filesystem::path record_folder;  ///< Folder of recordings that pages begin; empty: the current one.
+  thenar::RecordingSettings recording;  ///< Content of recordings.
   /// Scene for searches. Nothing: the scene that runs, all its requirements on a grasp left open.
   std::optional<AskedScene> asked;
 };

@@ -76,6 +76,7 @@ class McapWriter {
 
   /// See McapEncoder. A fault of the disk is kept for finish(): the recorded run continues.
   void add(std::size_t channel, double time_s, std::string_view bytes);
+  [[nodiscard]] bool has_failed() const { return file_.has_failed(); }
   /// Ends the file. Without it the file counts as truncated. Throws FileError if the disk has failed.
   void finish();
 

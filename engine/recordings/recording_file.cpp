@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "engine/formats/foxglove.h"
 #include "engine/formats/text.h"
@@ -81,16 +82,20 @@ std::string unknown_field(const Model& model, const std::vector<std::string>& fi
 }
 
 RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& model, const RecordingSettings& settings)
+    : RecordingFile(file, model, settings, shown_surface(model), 0.0) {}
+
+RecordingFile::RecordingFile(const std::filesystem::path& file, const Model& model, const RecordingSettings& settings,
+                             TriangleMesh surface, double begin_s)
     : model_(model),
       settings_(settings),
       every_(ticks_per_state(model, settings)),
       all_fields_(state_fields(model)),
       fields_(kept_fields(all_fields_, settings.fields)),
-      surface_(shown_surface(model)),
+      surface_(std::move(surface)),
       file_(file, channels_of(model, fields_)),
       picture_(model),
       contacts_(model) {
-  add_scene(model, 0.0);
+  add_scene(model, begin_s);
 }
 
 void RecordingFile::add_scene(const Model& model, double time_s) {

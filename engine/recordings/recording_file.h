@@ -50,6 +50,9 @@ class RecordingFile : public Watcher {
  public:
   /// Begins the file with the scene and its points. The settings' fields are known ones.
   RecordingFile(const std::filesystem::path& file, const Model& model, const RecordingSettings& settings = {});
+  /// Likewise at `begin_s` of a run, with the object's shown_surface() as it was made before.
+  RecordingFile(const std::filesystem::path& file, const Model& model, const RecordingSettings& settings,
+                TriangleMesh surface, double begin_s);
 
   [[nodiscard]] const RecordingSettings& settings() const { return settings_; }
   /// Returns true if the state after this tick is to be kept.
@@ -70,15 +73,14 @@ class RecordingFile : public Watcher {
   void add_status(double time_s, const nlohmann::ordered_json& status);
   /// Sets the totals of states and contact ticks that were lost on the way for want of room.
   void miss(std::int64_t states, std::int64_t contact_ticks);
+  /// Returns true if the disk has failed: what follows is lost.
+  [[nodiscard]] bool has_failed() const { return file_.has_failed(); }
   /// Returns what was missed, in words; empty: nothing.
   [[nodiscard]] std::string missing() const;
   /// Ends the file, and says what became of the grasp.
   void finish(const Recording& run);
   void finish(const Verdict& verdict, double end_s);
   void finish();
-
-  /// Returns the object's surface as the recording shows it.
-  [[nodiscard]] const TriangleMesh& surface() const { return surface_; }
 
  private:
   void add_contacts(const TickContacts& tick);

@@ -191,7 +191,8 @@ TEST(LiveGrasps, ASearchAfterATakeKeepsWhatWasSet) {
 // A recording has a column for each number of each finger, by its name: a grasp of other fingers would not fit in.
 TEST(LiveGrasps, KeepTheFingersOfARecording) {
   SessionSettings settings = ShownSession::quiet();
-  settings.record = scratch() / "session.mcap";
+  settings.record_folder = scratch();
+  settings.record = settings.record_folder / "session.mcap";
   settings.asked = AskedScene{held_box(), "hand.yaml", "", 3};
   settings.asked->scene.hand.fingertips[1].finger = "pointer";
   ShownSession shown(held_box(), settings);
@@ -201,6 +202,13 @@ TEST(LiveGrasps, KeepTheFingersOfARecording) {
   ASSERT_EQ(found["grasps"][0]["fingers"][1], "pointer");
   EXPECT_NE(shown.receive(Take{1, 1}), "");
   EXPECT_EQ(shown.receive(Take{1, 0}), "");
+  // Without a recording it is taken, and one that begins then has its fingers.
+  ASSERT_EQ(shown.receive(StopRecording{}), "");
+  ASSERT_EQ(shown.receive(Take{1, 1}), "");
+  ASSERT_TRUE(shown.comes([&] { return shown.grasps()["taken"] == 1; }));
+  ASSERT_EQ(shown.receive(Record{}), "");
+  EXPECT_EQ(shown.receive(Take{1, 1}), "");
+  EXPECT_NE(shown.receive(Take{1, 0}), "");
 }
 
 // A page that takes one grasp after the other gets no more than a scene a second, and the last one in the end.

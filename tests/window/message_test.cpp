@@ -52,7 +52,9 @@ const std::vector<std::string> kSound = {
         "asked_N_per_m": [0, 1000, 150], "asked_Nm_per_rad": [0, 0.5, 0.08]})",
     R"({"type": "find", "best": 20})",
     R"({"type": "stop_finding"})",
-    R"({"type": "take", "search": 2, "grasp": 3})"};
+    R"({"type": "take", "search": 2, "grasp": 3})",
+    R"({"type": "record"})",
+    R"({"type": "stop_recording"})"};
 
 TEST(ReadMessage, ReadsWhatAPageSends) {
   read_as<Next>(kSound[0]);
@@ -86,6 +88,8 @@ TEST(ReadMessage, ReadsWhatAPageSends) {
   EXPECT_EQ(read_as<Find>(kSound[12]).best, 20);
   read_as<StopFinding>(kSound[13]);
   EXPECT_EQ(read_as<Take>(kSound[14]), (Take{2, 3}));
+  read_as<Record>(kSound[15]);
+  read_as<StopRecording>(kSound[16]);
 }
 
 TEST(ReadMessage, LeavesOutWhatIsNotSent) {
@@ -136,6 +140,7 @@ TEST(ReadMessage, SaysWhatIsWrong) {
   EXPECT_EQ(refusal_of(R"({"type":"set","asked_N_per_m":150})"), "asked_N_per_m must be three numbers");
   EXPECT_EQ(refusal_of(R"({"type":"set","asked_N_per_m":[1,2,-3]})"), "asked_N_per_m must lie within 0 .. 1000");
   EXPECT_EQ(refusal_of(R"({"type":"find","best":0})"), "best must lie within 1 .. 20");
+  EXPECT_EQ(refusal_of(R"({"type":"record","file":"/etc/passwd"})"), "there is no key 'file'");
   EXPECT_EQ(refusal_of(R"({"type":"take","search":1})"), "grasp is missing");
   EXPECT_EQ(refusal_of(R"({"type":"take","search":1,"grasp":1.5})"), "grasp must be a whole number");
 }

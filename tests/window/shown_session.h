@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/window/session.h"
+#include "engine/formats/files.h"
 #include "engine/loops/realtime.h"
 #include "engine/models/build_model.h"
 #include "engine/recordings/state_message.h"
@@ -59,7 +60,12 @@ class ShownSession {
                               ++looks_;
                               return pages_.load();
                             }};
-      session_.run(display, stop_);
+      try {
+        session_.run(display, stop_);
+      } catch (const thenar::FileError& error) {
+        const std::lock_guard lock(mutex_);
+        fault_ = error.what();
+      }
     });
   }
   ~ShownSession() { end(); }
@@ -146,6 +152,11 @@ class ShownSession {
     const std::lock_guard lock(mutex_);
     return scenes_;
   }
+  /// What kept it from writing a file, after end().
+  [[nodiscard]] std::string fault() {
+    const std::lock_guard lock(mutex_);
+    return fault_;
+  }
   void set_pages(int pages) { pages_ = pages; }
   /// The next state that is shown takes so long.
   void be_away(int time_ms) { away_ms_ = time_ms; }
@@ -169,6 +180,7 @@ class ShownSession {
   ordered_json status_ = ordered_json::object(), grasps_ = ordered_json::object(), fields_of_scene_;
   std::vector<double> state_;
   std::vector<std::string> states_;
+  std::string fault_;
   int scenes_ = 0;
   std::thread thread_;
 };

@@ -9,14 +9,16 @@ import {fixed} from './format.js';
 import {Grasps} from './grasps.js';
 import {Hands, kHardPoke_N, kPoke_N} from './hands.js';
 import {State, isRead, kGeometry, kState, kVersion, kindOf, readGeometry} from './messages.js';
+import {Notices, noticesOf, restOf} from './notices.js';
 import {Panels, spans_s} from './panels.js';
 import {Picture} from './picture.js';
 import {fromBase64, openRecording} from './recording.js';
 import {Replay} from './replay.js';
 import {Settings} from './settings.js';
-import {showInputs, showTips} from './tips.js';
+import {showHelp, showTips} from './tips.js';
 import {feels} from './touch.js';
 import {Views} from './views.js';
+import {kNoGraphics, waitText} from './waiting.js';
 
 const kSpeeds = [1, 0.5, 0.2, 0.1, 0.01];
 const kRecent = 250, kMemory = 1000; // states before the one that is sought, for the plots: the last ones, and some of the rest
@@ -40,8 +42,9 @@ for (const {name, color, dot} of cellStates) {
   one.style.setProperty('--color', color);
   one.style.setProperty('--dot', dot ?? 'transparent');
 }
-const picture = new Picture(byId('canvas'), byId('labels'), insets);
+const picture = makePicture();
 const panels = new Panels();
+const notices = new Notices(byId('notices'));
 const views = new Views(byId('views'), picture);
 
 let scene = null;
@@ -51,11 +54,13 @@ let failure = null; // why nothing more can be shown
 let connection = null;
 let replay = null;
 let waiting = false; // a state is asked for
+let isLost = false; // the connection is
+let hasTried = false; // to connect
 let states = 0; // drawn
 
 const hands = new Hands(picture, (message) => send(message.type === 'release' ? message : {...message, ...stamp()}));
 const grasps = new Grasps(byId('grasps'), send);
-const settings = new Settings(byId('settings'), (change) => send({type: 'set', ...change}));
+const settings = new Settings(byId('settings').querySelector('form'), (change) => send({type: 'set', ...change}));
 
 panels.stiffness.change = (change) => send({type: 'set', ...change});
 
@@ -65,13 +70,28 @@ const capture = new Capture(picture, () => document.querySelectorAll('#labels .l
 });
 picture.onPixels = () => capture.drawn();
 
+function makePicture() {
+  try {
+    return new Picture(byId('canvas'), byId('labels'), insets);
+  } catch (error) {
+    byId('wait').textContent = kNoGraphics;
+    byId('link').textContent = 'no picture';
+    throw error;
+  }
+}
+
 // Messages out.
 
 function send(message) {
   if (!connection?.send(message) && isLive) sayUnsaid();
 }
 
-const sayUnsaid = () => toast('not connected: nothing was done');
+const sayUnsaid = () => say('not connected: nothing was done');
+
+/** Says what has happened. */
+function say(text, kind = 'warn') {
+  notices.say(text, {kind, at: state?.values.time_s[0]});
+}
 
 function stamp() {
   const stamp_s = connection?.now_s();
@@ -122,16 +142,31 @@ function setScene(message, geometry) {
   document.title = `${scene.name} · Thenar`;
   scene.fingers.forEach(({name}, k) => (insets[k].firstChild.textContent = name));
   failure = null;
+  showWords();
 }
 
 function setStatus(message) {
+  const before = status?.recording;
   status = message;
   showSettings();
+  showRecording(before);
   byId('pause').textContent = status?.paused ? 'Go on' : 'Pause';
   byId('pause').setAttribute('aria-pressed', String(Boolean(status?.paused)));
   if (status?.speed) setSelect(byId('speed'), status.speed);
   byId('panel-loops').title = status?.scheduling ?? '';
-  showBanner();
+  showWords();
+}
+
+/** Whether the program records, and what came of it if it did `before`. */
+function showRecording(before) {
+  const now = status?.recording;
+  const runs = Boolean(now?.running);
+  press('record', runs);
+  byId('record').textContent = runs ? 'Recording' : 'Record';
+  if (!now || (now.file === before?.file && runs === before.running)) return;
+  if (runs) say(`recording into ${now.file}`, 'note');
+  else if (now.note) say(`${now.file}: ${now.note}`);
+  else if (before?.running) say(`recorded into ${now.file}`, 'note');
 }
 
 /** Settings as the status has them; friction, which a task may change, as the last state. */
@@ -155,54 +190,35 @@ function showState(bytes, quiet = false) {
   byId('time').textContent = fixed(time_s, 3);
   byId('factor').textContent = fixed(state.values.realtime_factor[0], 2);
   byId('full-pressure').textContent = `${fixed(picture.fullPressure_Pa / 1e3, 0)} kPa`;
-  showBanner();
+  showWords();
 }
 
 picture.onDrawn = () => {
   states += 1;
-  if (states === 1) replay?.play(); // not while the picture is still being made
+  if (states === 1) begin();
   askNext();
 };
 
-const kQuiet = new Set(['held', 'task done']);
-const kGrave = new Set(['lost', 'task failed', 'solver failed']);
-
-/** Which phase of a task runs: 'phase 3 of 5: lift'. */
-function phaseWords(phases, phase) {
-  return phase < phases.length ? `phase ${phase + 1} of ${phases.length}: ${phases[phase]}` : 'the task is done';
+/** The first picture is there. */
+function begin() {
+  showWords();
+  if (isLive) showLink('live', 'good');
+  else replay?.play(); // not while the picture is still being made
 }
 
-/** The loudest of what there is to say. */
-function showBanner() {
-  const v = state?.values;
-  const [text, kind] =
-      failure ? [failure, ''] :
-      kGrave.has(status?.outcome) ? [`${status.outcome}: ${status.reason}`, ''] :
-      v?.grasp_failed[0] ? ['No grasp forces exist: the fingers cannot hold this object so', ''] :
-      v?.muscles_failed[0] ? ['The muscles cannot make these torques', 'warn'] :
-      status?.outcome && !kQuiet.has(status.outcome) ? [`${status.outcome}: ${status.reason}`, 'warn'] :
-      v?.held[0] ? ['The frame is too old: its drive is held', 'warn'] :
-      status?.note ? [status.note, 'note'] :
-      status?.warnings?.length ? [status.warnings.join('; '), 'warn'] :
-      scene?.phases && v ? [phaseWords(scene.phases, v.phase[0]), 'note'] : ['', ''];
-  const banner = byId('banner');
-  if (banner.textContent !== text) banner.textContent = text;
-  banner.className = kind;
-  banner.hidden = text === '';
+/** What there is to say of the grasp, and of what is waited for. */
+function showWords() {
+  const values = picture.state ? state.values : null;
+  notices.show(noticesOf({failure, isLost, status, values}), restOf({status, values, phases: scene?.phases}));
+  const text = waitText({failure, drawn: states, isLive, isConnected: connection?.connected, hasTried, hasScene: scene !== null,
+    hasState: values !== null, isSoftware: picture.software});
+  if (byId('wait').textContent !== text) byId('wait').textContent = text;
 }
 
 function fail(error) {
   console.error(error);
   failure = error.message;
-  showBanner();
-}
-
-let toastTimer = 0;
-function toast(text) {
-  byId('toast').textContent = text;
-  byId('toast').classList.add('shown');
-  clearTimeout(toastTimer);
-  toastTimer = setTimeout(() => byId('toast').classList.remove('shown'), 4000);
+  showWords();
 }
 
 // Live.
@@ -218,7 +234,7 @@ function receiveText(message) {
   } else if (message.type === 'grasps') {
     grasps.show(message);
   } else if (message.type === 'refused') {
-    toast(`Refused: ${message.reason}`);
+    say(`Refused: ${message.reason}`);
     showSettings();
   }
 }
@@ -245,7 +261,11 @@ function setConnected(connected) {
     hands.release();
     grasps.forget();
   }
-  showLink(connected ? 'live' : 'connection lost, trying again; a new run has a new address', connected ? 'good' : 'bad');
+  hasTried = true;
+  isLost = !connected && states > 0;
+  if (connected) showLink(states > 0 ? 'live' : 'connected', 'good');
+  else showLink(states > 0 ? 'connection lost' : 'not connected', 'bad');
+  showWords();
 }
 
 function showLink(text, kind) {
@@ -289,7 +309,6 @@ function recall(frames, index) {
 }
 
 async function openReplay() {
-  root.classList.add('replay-on');
   showLink('opening the recording', '');
   const recording = openRecording(await recordedBytes());
   showLink(recording.whole ? 'recording' : 'recording, cut off', '');
@@ -329,7 +348,8 @@ function toggleSettings() {
 }
 
 showTips(document);
-showInputs(document.querySelector('#help .columns'));
+showHelp(byId('help'));
+byId('tools').addEventListener('click', () => byId('tools').hidePopover()); // where it is a menu, one of it was chosen
 
 const {classList: shownParts} = document.querySelector('main');
 const press = (id, pressed) => byId(id).setAttribute('aria-pressed', String(pressed));
@@ -344,7 +364,12 @@ function showColumn(part) {
 const togglePlots = () => showColumn(shownParts.contains('finds') || shownParts.contains('no-grasp') ? 'plots' : null);
 const toggleGrasps = () => showColumn(shownParts.contains('finds') ? 'plots' : 'grasps');
 const toggleLoops = () => press('show-loops', !shownParts.toggle('no-loops'));
-const toggleHelp = () => (byId('help').open ? byId('help').close() : byId('help').showModal());
+const toggleHelp = () => {
+  const help = byId('help');
+  if (help.open) return help.close();
+  help.showModal();
+  help.querySelector('.inside').scrollTop = 0;
+};
 
 function film() {
   const {filming} = capture;
@@ -352,12 +377,12 @@ function film() {
     capture.toggleFilm();
     press('film', !filming);
   } catch (error) {
-    toast(error.message);
+    say(error.message);
   }
 }
 
 const clicks = {
-  shoot: () => capture.shoot(), film, pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'show-grasps': toggleGrasps,
+  shoot: () => capture.shoot(), film, record: () => send({type: status?.recording?.running ? 'stop_recording' : 'record'}), pause, reset, step: () => send({type: 'step'}), 'show-settings': toggleSettings, 'close-settings': toggleSettings, 'show-grasps': toggleGrasps,
   'show-grasp': togglePlots, 'show-loops': toggleLoops, 'show-help': toggleHelp,
 };
 for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener('click', act);
@@ -397,6 +422,7 @@ const replayKeys = {
 addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   if (byId('help').open && !'h?'.includes(event.key)) return; // Escape closes it, and nothing else happens behind it
+  if (event.key === 'Escape' && document.querySelector(':popover-open')) return; // closes that
   if (event.repeat && !/^[.,]$/.test(event.key) && !(replay && event.key.startsWith('Arrow'))) return;
   // An input with the focus, a slider or a choice, keeps the keys that it takes itself.
   const {tagName} = event.target;
@@ -424,6 +450,7 @@ window.thenar = {
   get drawn() { return states; },
   get plots() { return panels.advanced; },
   get fps() { return picture.fps; },
+  get events() { return notices.events; },
   plotted: () => panels.forces.columns(panels.span_s)[0],
   get replay() { return replay; },
   options: picture.options,

@@ -12,16 +12,16 @@ export function showTips(root) {
   for (const element of root.querySelectorAll('[data-tip]')) element.title = tip(element.dataset.tip);
 }
 
-/** Fills the help: two tables of what keys and mouse do. */
-export function showInputs(parent) {
-  const half = Math.ceil(inputs.length / 2);
-  for (const some of [inputs.slice(0, half), inputs.slice(half)]) {
-    const table = parent.appendChild(document.createElement('table')).createTBody();
-    for (const {input, does, where} of some) {
-      const row = table.insertRow();
-      row.className = {live: 'live', recording: 'replay'}[where] ?? '';
-      row.appendChild(document.createElement('th')).textContent = input;
-      row.insertCell().textContent = does;
-    }
-  }
+function addRow(list, name, text) {
+  const row = list.appendChild(document.createElement('div'));
+  row.appendChild(document.createElement('dt')).textContent = name;
+  row.appendChild(document.createElement('dd')).textContent = text;
+  return row;
+}
+
+/** Fills the help: what keys and mouse do, and what the parts are, for who has no pointer to rest on them. */
+export function showHelp(dialog) {
+  const [keys, names] = ['#inputs', '#parts'].map((list) => dialog.querySelector(list));
+  for (const {input, does, where} of inputs) addRow(keys, input, does).className = {live: 'live', recording: 'replay'}[where] ?? '';
+  for (const [name, text] of Object.entries(parts)) addRow(names, name, text);
 }

@@ -3,10 +3,12 @@
 //     node live.mjs THENAR-WINDOW CONFIGS [FOLDER FOR SCREENSHOTS]
 
 import assert from 'node:assert/strict';
-import {copyFile, readFile} from 'node:fs/promises';
-import {join} from 'node:path';
+import {copyFile, mkdtemp, readFile, rm} from 'node:fs/promises';
+import {tmpdir} from 'node:os';
+import {dirname, join} from 'node:path';
 import {after, before, beforeEach, test} from 'node:test';
 
+import {openRecording} from '../src/recording.js';
 import {findChromium, openBrowser} from './browser.mjs';
 import {startProgram} from './program.mjs';
 
@@ -21,12 +23,14 @@ const kCoarse = ['--set', 'object.points=6000'];
 // A search gives way to all others: on a busy machine it has a twentieth of a core, or less, and needs some seconds.
 const kSearch_ms = 600_000;
 
+let folder = null; // of recordings
 let server = null;
 let browser = null;
 let page = null;
 
 before(async () => {
-  server = await startProgram(program, [join(configs, 'box_grasp.yaml'), '--port', '0', ...kSprings, ...kCoarse]);
+  folder = await mkdtemp(join(tmpdir(), 'thenar-live-'));
+  server = await startProgram(program, [join(configs, 'box_grasp.yaml'), '--port', '0', '--record-folder', folder, ...kSprings, ...kCoarse]);
   browser = await openBrowser();
   page = browser.page;
   await open(page, server.url);
@@ -35,6 +39,7 @@ before(async () => {
 after(async () => {
   await browser?.close();
   await server?.stop();
+  await rm(folder, {recursive: true, force: true});
 });
 
 /** Shows an address, and waits until the page is connected and has drawn a state and its panels. */
@@ -46,6 +51,8 @@ async function open(shown, url) {
 /** A field of the state that is shown, as an array. */
 const field = (name) => page.evaluate((key) => Array.from(window.thenar.state[key]), name);
 const number = async (name) => (await field(name))[0];
+/** What the page has said of what happened, the newest first. */
+const events = (shown = page) => shown.evaluate(() => window.thenar.events);
 const until = (condition, argument) => page.waitForFunction(condition, argument);
 const untilTime = (time_s) => until((t) => window.thenar.state.time_s[0] > t, time_s);
 const shoot = async (name) => shots && page.screenshot({path: join(shots, `${name}.png`)});
@@ -146,7 +153,7 @@ test('the page shows the object, contacts and plots', async () => {
 test('every part says what it is, and the help what keys do, in the words of the guide', async () => {
   const untold = await page.evaluate(() => [...document.querySelectorAll('[data-tip], #views button')].filter(({title}) => !title).length);
   assert.equal(untold, 0);
-  const row = page.locator('#help tr', {hasText: 'pokes it away from you'});
+  const row = page.locator('#inputs > div', {hasText: 'pokes it away from you'});
   assert.equal(await row.count(), 1);
   assert.equal(await row.getAttribute('class'), 'live');
 });
@@ -203,7 +210,7 @@ test('a drag pulls with the spring, and the controller pulls back', async () => 
 
   await page.mouse.up();
   await until(() => Number.isNaN(window.thenar.state.pull_force_N[0]));
-  assert.equal(await page.locator('#toast').textContent(), '', 'nothing was refused');
+  assert.deepEqual(await events(), [], 'nothing was refused');
   const {object: back, latency_counts: latencies} = await atRest(['object', 'latency_counts']);
   assert.ok(norm(minus(back.slice(0, 3), rest.slice(0, 3))) < 1e-4, 'it comes back');
   assert.ok(latencies.reduce((a, b) => a + b) > 10, 'inputs were timed');
@@ -245,7 +252,7 @@ test('a poke pushes it, and slow motion is slow', async () => {
     await untilTime(before_s + 1e-6);
     pushed_m = Math.max(pushed_m, await away());
   }
-  assert.equal(await page.locator('#toast').textContent(), '', 'nothing was refused');
+  assert.deepEqual(await events(), [], 'nothing was refused');
   assert.ok(pushed_m > 1e-4, `it was pushed by ${pushed_m} m`);
   await goOn();
   // Without the integrals what slips at the pulps' rims stays: less than a millimetre.
@@ -267,7 +274,7 @@ test('settings change the simulation, and what cannot be is refused', async () =
   await until((sweeps) => window.thenar.status.settings.max_sweeps === sweeps, own);
   // A contact loop slower than the control loop.
   await setSlider('contact_Hz', 200);
-  await until(() => /^Refused: /.test(document.getElementById('toast').textContent));
+  await until(() => /^Refused: /.test(document.getElementById('say').textContent));
   await setSlider('contact_Hz', 4000);
   await until(() => window.thenar.status.settings.contact_Hz === 4000);
   assert.deepEqual(browser.problems, []);
@@ -366,6 +373,41 @@ test('the pointer over a plot tells the time and each curve\'s value and unit', 
   await page.locator('#reading').waitFor({state: 'hidden'});
 });
 
+test('a recording is begun and ended in the page, and has the states between', async () => {
+  const record = page.locator('#record');
+  const recording = () => page.evaluate(() => window.thenar.status.recording);
+  const toggle = async (running) => {
+    await record.click();
+    await until((x) => window.thenar.status.recording?.running === x, running);
+  };
+  const before_s = await number('time_s');
+  await toggle(true);
+  const {file, begun_s} = await recording();
+  assert.equal(dirname(file), folder);
+  assert.equal(await record.getAttribute('aria-pressed'), 'true');
+  assert.equal((await events())[0], `recording into ${file}`);
+  await untilTime(begun_s + 1);
+  const seen_s = await number('time_s');
+  await toggle(false);
+  assert.equal((await recording()).note, null, 'nothing is missing in it');
+  assert.equal((await events())[0], `recorded into ${file}`);
+  assert.equal(await record.getAttribute('aria-pressed'), 'false');
+  await untilTime((await number('time_s')) + 0.3);
+  const end_s = (await number('time_s')) - 0.3;
+
+  const bytes = await readFile(file);
+  const {frames, whole} = openRecording(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+  assert.ok(whole);
+  const {begin} = frames[0].scene.fields.find(({name}) => name === 'time_s');
+  const times_s = frames.map((frame) => new DataView(frame.bytes.buffer, frame.bytes.byteOffset).getFloat64(8 + 8 * begin, true));
+  const kPeriod_s = 0.02 + 1e-9;
+  assert.ok(begun_s >= before_s && times_s[0] >= begun_s && times_s[0] <= begun_s + kPeriod_s, `${times_s[0]} s, begun at ${begun_s} s`);
+  assert.ok(times_s.every((t, i) => i === 0 || (t >= times_s[i - 1] && t <= times_s[i - 1] + kPeriod_s)), 'a state each 20 ms');
+  assert.ok(times_s.at(-1) >= seen_s - kPeriod_s && times_s.at(-1) <= end_s, `${times_s.at(-1)} s after ${seen_s} s, before ${end_s} s`);
+  assert.equal(frames.at(-1).status.recording, undefined);
+  assert.deepEqual(browser.problems, []);
+});
+
 test('plots look back as far as is asked for', async () => {
   for (const [choice, seconds] of [['20', 20], ['Infinity', Infinity], ['5', 5]]) {
     await page.locator('#span').selectOption(choice);
@@ -385,14 +427,13 @@ test('too little friction loses the object, and the page says so', async () => {
   await shoot('sliding');
   // It goes on falling: soon no grasp forces exist either, which is graver, and a slow page sees that alone.
   await until(() => ['lost', 'solver failed'].includes(window.thenar.status.outcome));
-  await page.locator('#banner').waitFor();
-  assert.match(await page.locator('#banner').textContent(), /lost|solver failed/);
+  await until(() => /lost|solver failed/.test(document.getElementById('alert').textContent));
   await shoot('lost');
   await setSlider('friction', 0.8);
   await until(() => window.thenar.status.settings.friction === 0.8);
   await restart();
   await until(() => window.thenar.status.outcome === 'held' && window.thenar.state.time_s[0] > 0.3);
-  await page.locator('#banner').waitFor({state: 'hidden'}); // with the next picture
+  await until(() => document.getElementById('alert').textContent === ''); // with the next picture
   assert.equal(await page.evaluate(() => window.thenar.status.outcome), 'held');
   assert.deepEqual(browser.problems, []);
 });
@@ -458,7 +499,7 @@ test('the page says that it lost the connection, and finds it again', async () =
     server.signal('SIGSTOP');
     await until(() => /lost/.test(document.querySelector('#link').textContent));
     await page.keyboard.press('5');
-    assert.match(await page.locator('#toast').textContent(), /not connected/);
+    assert.match((await events())[0], /not connected/);
   } finally {
     server.signal('SIGCONT');
   }
@@ -484,7 +525,7 @@ test('what is pressed before the page is connected is done when it is', async ()
     assert.equal(await other.locator('#link').textContent(), 'connecting');
     connect();
     await other.waitForFunction(() => window.thenar.status?.speed === 0.5);
-    assert.equal(await other.locator('#toast').textContent(), '');
+    assert.deepEqual(await events(other), []);
   } finally {
     await other.close();
   }
@@ -522,7 +563,7 @@ test('a slider makes the grasp stiffer, by muscles that pull harder', async () =
     await rest(150);
     await other.keyboard.press('k');
     assert.equal(await other.evaluate(() => window.thenar.picture.ellipsoids.kinds[0].visible), false);
-    assert.equal(await other.locator('#toast').textContent(), '', 'nothing was refused');
+    assert.deepEqual(await events(other), [], 'nothing was refused');
   } finally {
     await other.close();
     await own.stop();
@@ -552,7 +593,7 @@ test('a box slides on a slope that a slider makes slippery, and its contacts say
     await untilHeads(2, x_m + 1e-3);
     await other.locator('#settings label:has([name=around_friction]) .back').click();
     await comes(() => window.thenar.state.touches_margin[0] > 0.2);
-    assert.equal(await other.locator('#toast').textContent(), '', 'nothing was refused');
+    assert.deepEqual(await events(other), [], 'nothing was refused');
     if (shots) await other.screenshot({path: join(shots, 'slope.png')});
   } finally {
     await other.close();
