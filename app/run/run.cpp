@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "app/exit_code.h"
-#include "app/kept_rates.h"
 #include "app/progress.h"
 #include "app/results.h"
 #include "app/run/jitter_floor.h"
@@ -28,6 +27,7 @@
 #include "engine/recordings/recording_file.h"
 #include "engine/recordings/signals.h"
 #include "engine/recordings/thread_film.h"
+#include "engine/results/kept_rates.h"
 #include "engine/results/profile.h"
 #include "engine/results/scene_run.h"
 #include "engine/results/summary.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/kept_rates.h"
+#include "engine/results/kept_rates.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "engine/loops/realtime.h"
 
-namespace thenar::app {
+namespace thenar {
 
 using nlohmann::ordered_json;
 
@@ -117,4 +117,4 @@ std::vector<std::string> rates_not_kept(const ordered_json& summary) {
   return sentences;
 }
 
-}  // namespace thenar::app
+}  // namespace thenar

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is said of a loop that did not keep its rate: the cause, and a rate that its times allow.
 
-#include "app/kept_rates.h"
+#include "engine/results/kept_rates.h"
 
 #include <gtest/gtest.h>
 
@@ -42,9 +42,9 @@ bool says(const std::string& sentence, const std::string& words) { return senten
 
 TEST(KeptRates, AreNoReasonForWords) {
   ordered_json run = kept_run();
-  EXPECT_TRUE(app::rates_not_kept(run).empty());
+  EXPECT_TRUE(rates_not_kept(run).empty());
   run["loops"]["contact"]["slipped"] = 10;  // 1000 of 1010 are more than 99 %.
-  EXPECT_TRUE(app::rates_not_kept(run).empty());
+  EXPECT_TRUE(rates_not_kept(run).empty());
 }
 
 TEST(KeptRates, SayThatATickIsTooLongAndWhichStageTakesTheMost) {
@@ -53,7 +53,7 @@ TEST(KeptRates, SayThatATickIsTooLongAndWhichStageTakesTheMost) {
   control["slipped"] = 200;
   control["total"] = times(5600, 7900);
   control["stages"]["find"] = times(5200, 7000);
-  const std::vector<std::string> reasons = app::rates_not_kept(run);
+  const std::vector<std::string> reasons = rates_not_kept(run);
   ASSERT_EQ(reasons.size(), 1U);
   EXPECT_TRUE(says(reasons[0], "kept 50 %")) << reasons[0];
   EXPECT_TRUE(says(reasons[0], "a tick takes 5600 us, and the period is 5000 us")) << reasons[0];
@@ -67,7 +67,7 @@ TEST(KeptRates, TellALateThreadFromALongTick) {
   ordered_json& contact = run["loops"]["contact"];
   contact["slipped"] = 100;
   contact["jitter"] = times(300, 1500);
-  const std::vector<std::string> late = app::rates_not_kept(run);
+  const std::vector<std::string> late = rates_not_kept(run);
   ASSERT_EQ(late.size(), 1U);
   EXPECT_TRUE(says(late[0], "the thread started late")) << late[0];
   EXPECT_FALSE(says(late[0], "sweeps")) << late[0];
@@ -75,12 +75,12 @@ TEST(KeptRates, TellALateThreadFromALongTick) {
 
   contact["jitter"] = times(5, 20);
   contact["compute"] = times(900, 1900);
-  const std::vector<std::string> tail = app::rates_not_kept(run);
+  const std::vector<std::string> tail = rates_not_kept(run);
   ASSERT_EQ(tail.size(), 1U);
   EXPECT_TRUE(says(tail[0], "one of a hundred 1900 us")) << tail[0];
 
   contact["compute"] = times(1900, 2900);
-  const std::vector<std::string> both = app::rates_not_kept(run);
+  const std::vector<std::string> both = rates_not_kept(run);
   ASSERT_EQ(both.size(), 1U);
   EXPECT_TRUE(says(both[0], "it takes 5 sweeps")) << both[0];
   EXPECT_TRUE(says(both[0], "--contact-rate 200Hz")) << both[0];
