@@ -82,11 +82,12 @@ void apply_override(ConfigState& state, const std::vector<std::string>& override
   for (std::string key; std::getline(keys, key, '.');) {
     const std::optional<std::size_t> item = take_index(key);
     if (map->kind != Kind::kMap && !take_word_for_map(state, so_far, *map)) {
-      const std::string inner = path.substr(so_far.size() + 1), text = override_text.substr(equals + 1);
-      return state.report(place, path,
-                          fmt::format("{} is not a map of keys and values: write the whole of it, as in "
-                                      "--set '{}={{{}: {}}}'",
-                                      so_far, so_far, inner, text));
+      const Key* const key = find_key(state.keys, table_path(so_far));
+      const std::string how = key == nullptr || !may_be_map(state.keys, *key)
+                                  ? ""
+                                  : fmt::format(": write the whole of it, as in --set '{}={{{}: {}}}'", so_far,
+                                                path.substr(so_far.size() + 1), override_text.substr(equals + 1));
+      return state.report(place, path, so_far + " is not a map of keys and values" + how);
     }
     so_far = key_path(so_far, key);
     auto entry = std::ranges::find(map->entries, key, &YamlNode::Entry::key);
