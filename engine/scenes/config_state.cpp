@@ -59,6 +59,14 @@ bool take_word_for_map(ConfigState& state, const std::string& path, YamlNode& no
   return true;
 }
 
+/// How to set a key below one that has a value, where a map may stand in its place; nothing elsewhere.
+std::string whole_map(const ConfigState& state, const std::string& above, const std::string& path,
+                      const std::string& value) {
+  const Key* const key = find_key(state.keys, table_path(above));
+  if (key == nullptr || !may_be_map(state.keys, *key)) return "";
+  return fmt::format(": write the whole of it, as in --set '{}={{{}: {}}}'", above, path.substr(above.size() + 1), value);
+}
+
 /// Adds "key.path=value", the next text of the command line, to the tree; "list[0].key=value" to a list's map. The maps
 /// on its way are made where they are missing.
 void apply_override(ConfigState& state, const std::vector<std::string>& overrides, std::size_t& next) {
@@ -82,11 +90,8 @@ void apply_override(ConfigState& state, const std::vector<std::string>& override
   for (std::string key; std::getline(keys, key, '.');) {
     const std::optional<std::size_t> item = take_index(key);
     if (map->kind != Kind::kMap && !take_word_for_map(state, so_far, *map)) {
-      const std::string inner = path.substr(so_far.size() + 1), text = override_text.substr(equals + 1);
-      return state.report(place, path,
-                          fmt::format("{} is not a map of keys and values: write the whole of it, as in "
-                                      "--set '{}={{{}: {}}}'",
-                                      so_far, so_far, inner, text));
+      const std::string how = whole_map(state, so_far, path, override_text.substr(equals + 1));
+      return state.report(place, path, so_far + " is not a map of keys and values" + how);
     }
     so_far = key_path(so_far, key);
     auto entry = std::ranges::find(map->entries, key, &YamlNode::Entry::key);

@@ -118,11 +118,13 @@ void take(Visitor& v, const Scene& from, const fs::path& from_hand, SceneFile& f
   scene.object.X_WO = from.object.X_WO;
   scene.settles = true;
   if (!is_controlled) scene.torques = from.torques;
+  file.taken_squeeze_N.reset();
   if (from.control) file.taken_squeeze_N = from.control->internal_force_N;
 }
 
 /// Reads the scene at `path`, and takes its grasp.
 void take_from(Visitor& v, const fs::path& path, SceneFile& file, bool is_controlled) {
+  file.taken_squeeze_N = 0.0;  // Of a grasp that is refused no squeeze is missing.
   if (path.empty()) return;
   try {
     const Scene from = scene_with_posture(path);

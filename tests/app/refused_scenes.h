@@ -38,8 +38,7 @@ inline Refusals refused_scenes() {
       scene("a key as the command line has it", "  mass: 100 g", "  mass: 100 g\n  damping.rotation: 0.005 N*m*s",
             "FILE:13:3: object.damping.rotation: in a file each name stands below the one before it, without dots"),
       scene("a shape that there is not", "{sphere: 26.09 mm}", "{cube: 50 mm}",
-            "FILE:10:11: object.shape.cube: unknown key; known here: box, sphere, ellipsoid, cylinder, superquadric, "
-            "mug, cloud"),
+            "FILE:10:11: object.shape.cube: unknown key, did you mean 'object.shape.box'?"),
       scene("a file in the place of a shape", "{sphere: 26.09 mm}", "mug.obj",
             "FILE:10:10: object.shape: must be a map of one of box, sphere, ellipsoid, cylinder, superquadric, mug, "
             "cloud, not a single value"),
