@@ -149,7 +149,7 @@ function showState(bytes, quiet = false) {
   if (time_s < before_s) picture.clearTrail();
   if (quiet) picture.remember(state.values);
   else picture.show(state);
-  panels.show(state, picture.fullActivation, quiet);
+  panels.show(state, picture.fullActivation, quiet, quiet ? '' : status?.outcome);
   if (quiet) return;
   if (state.values.friction?.[0] !== friction) showSettings();
   byId('time').textContent = fixed(time_s, 3);
