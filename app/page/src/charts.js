@@ -84,7 +84,7 @@ export class TimeChart {
     this.end_s = 1;
     this.view = plotIn(parent, {
       cursor: {y: false, points: {show: false}, drag: {x: false, y: false}, sync: {key: 'time'}},
-      hooks: {setCursor: [() => this.#read()], drawAxes: [(plot) => drawEvents(plot, named)]},
+      hooks: {setCursor: [() => this.#read()], draw: [(plot) => drawEvents(plot, named)]},
       scales: {
         x: {time: false, range: () => [this.begin_s, this.end_s]},
         y: {range: (_, low, high) => spread(low, high, floor)},
@@ -149,14 +149,14 @@ function drawEvents(plot, named) {
   const pixels = devicePixelRatio;
   const free = [bbox.left, bbox.left]; // from where on each row is, the lower one first
   ctx.save();
-  ctx.strokeStyle = ctx.fillStyle = themed('--muted');
-  ctx.lineWidth = pixels;
   ctx.font = `${10 * pixels}px system-ui, "DejaVu Sans", sans-serif`;
   ctx.textAlign = 'left';
   ctx.textBaseline = 'bottom';
   for (const {time_s, what} of events.list) {
     const x = Math.round(plot.valToPos(time_s, 'x', true));
     if (x < bbox.left || x > bbox.left + bbox.width) continue;
+    ctx.strokeStyle = ctx.fillStyle = themed('--muted');
+    ctx.lineWidth = pixels;
     ctx.setLineDash([2 * pixels, 2 * pixels]);
     ctx.beginPath();
     ctx.moveTo(x, bbox.top);
@@ -167,7 +167,12 @@ function drawEvents(plot, named) {
     const begin = room > wide + 4 * pixels ? x + 3 * pixels : x - wide - 3 * pixels;
     const row = free.findIndex((from) => from <= begin);
     if (!named || row < 0) continue;
-    ctx.fillText(what, begin, bbox.top + bbox.height - pixels - row * kWord_px * pixels);
+    const place = [what, begin, bbox.top + bbox.height - pixels - row * kWord_px * pixels];
+    ctx.setLineDash([]);
+    ctx.strokeStyle = themed('--panel'); // around the letters, so that curves do not cross them
+    ctx.lineWidth = 3 * pixels;
+    ctx.strokeText(...place);
+    ctx.fillText(...place);
     free[row] = begin + wide + 4 * pixels;
   }
   ctx.restore();

@@ -137,6 +137,12 @@ export class Panels {
     if (this.#state && !this.#timer) this.#refresh();
   }
 
+  /** Shows the last state now. */
+  flush() {
+    clearTimeout(this.#timer);
+    if (this.#state) this.#refresh();
+  }
+
   clear() {
     events.clear();
     this.forces?.clear();

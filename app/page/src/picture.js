@@ -39,6 +39,7 @@ export class Picture {
   onDrawn = () => {};
   /** Called in the task in which the canvas was drawn, so that its pixels can be read. */
   onPixels = () => {};
+  alone = false; // nothing of the page is around it
   fullPressure_Pa = 20e3;
   fullActivation = 0.1; // of a muscle's strength
   #object = new Matrix4();
