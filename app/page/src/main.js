@@ -307,6 +307,9 @@ async function openReplay() {
   seek.addEventListener('input', () => replay.seek(Number(seek.value)));
   byId('play').addEventListener('click', () => replay.toggle());
   setSelect(byId('replay-speed'), 1);
+  const end = new State(scene);
+  end.take(recording.frames.at(-1).bytes);
+  if (!Number.isFinite(end.values.contact_Hz?.[0])) toggleLoops(); // of one loop there are no figures of two
 }
 
 // Buttons and keys.

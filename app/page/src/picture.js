@@ -28,7 +28,6 @@ const kGhostFrom_rad = 1 * Math.PI / 180;
 const kEnough = 40000; // splats
 const kEnoughForGhost = 6000;
 const kFrame_ms = 33;
-const kBelow_px = 64; // of the view, where its buttons are
 const kLongest_ms = 2000; // of a drawing: graphics that say nothing were lost
 
 export class Picture {
@@ -249,8 +248,9 @@ export class Picture {
     const {left, right, top, bottom} = this.canvas.getBoundingClientRect();
     const insets = this.insets.filter(({hidden}) => !hidden).map((inset) => inset.getBoundingClientRect().left);
     const covered = (px, whole) => Math.min(0.35, px / whole); // more is not left free
+    const buttons = document.getElementById('views').getBoundingClientRect();
     return {left: 0.03, right: 0.03 + covered(right - Math.min(right, ...insets), right - left), top: 0.04,
-            bottom: covered(kBelow_px, bottom - top)};
+            bottom: 0.04 + (buttons.height > 0 ? covered(bottom - buttons.top, bottom - top) : 0)};
   }
 
   /** The camera as at the start: the grip axis level and across, the whole hand and the object to be seen. */
