@@ -333,18 +333,6 @@ void add_check(CLI::App& app, Options& options) {
                   "Of a scene: runs it, too, and again without each part of its model: what it costs and gives");
 }
 
-void add_export(CLI::App& app, Options& options) {
-  CLI::App* const exports =
-      app.add_subcommand("export", "Makes one page that plays without a network, or tables, of a recording");
-  exports->add_option("FILE", options.recording, "Recording, of thenar run --record")->required();
-  CLI::Option_group* const formats = exports->add_option_group("formats");
-  add_file(*formats, "--html", options.html, "The page, one file");
-  add_file(*formats, "--csv", options.csv, "A row a state: its numbers by name, but for shapes");
-  add_file(*formats, "--npz", options.npz, "Arrays for NumPy by the names of their fields, contacts too; SI units");
-  add_file(*formats, "--sto", options.sto, "Joint angles and muscle forces for OpenSim");
-  formats->require_option(1, 4);
-}
-
 void add_docs(CLI::App& app, Options& options) {
   CLI::App* const docs =
       app.add_subcommand("docs", "Prints where the documents are as a site, and opens them on a desktop");
@@ -379,7 +367,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_sweep(app, options);
   add_stiffness(app, options.stiffness);
   add_insertion(app, options);
-  add_export(app, options);
+  add_export(app, options.exported);
   add_keys(app, options);
   app.add_subcommand("schema", "Prints the JSON Schema of scenes, by which editors complete and check them");
   add_doctor(app, options);

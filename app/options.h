@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/export_flags.h"
 #include "app/hand_flags.h"
 #include "app/record_flags.h"
 #include "app/scene_flags.h"
@@ -39,9 +40,8 @@ struct Options {
   std::filesystem::path dump_problems;  ///< Folder for problem files; empty: none.
   std::int64_t dump_every = 25;         ///< Ticks from one dump to the next.
 
-  RecordFlags record;                         ///< Recording of the run.
-  std::filesystem::path recording;            ///< Recording to export.
-  std::filesystem::path html, csv, npz, sto;  ///< Export targets; empty: not this one.
+  RecordFlags record;  ///< Recording of the run.
+  ExportFlags exported;
 
   bool parts = false;  ///< For check: weigh the model's parts by running the scene without them.
 

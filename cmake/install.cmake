@@ -52,6 +52,7 @@ if(TARGET python_package)
   install(DIRECTORY configs/ DESTINATION ${python_folder}/share/scenes COMPONENT python
           FILES_MATCHING PATTERN "*.yaml" PATTERN bunny.yaml EXCLUDE PATTERN scan_grasp.yaml EXCLUDE)
   install(FILES docs/reference/scene.schema.json DESTINATION ${python_folder}/share/docs/reference COMPONENT python)
+  install(FILES ${PROJECT_BINARY_DIR}/share/thenar/palette.json DESTINATION ${python_folder}/share COMPONENT python)
   if(TARGET thenar-window)
     install(FILES ${PROJECT_BINARY_DIR}/share/thenar/page.html DESTINATION ${python_folder}/share COMPONENT python)
   endif()

@@ -39,7 +39,7 @@ room(engine/stiffness SEES ${core} engine/loops engine/results THIRD ${fmt} ${js
 room(engine/problems SEES ${core} engine/formats engine/loops THIRD ${fmt})
 room(engine/studies SEES ${core} engine/pulps engine/loops engine/scenes engine/models engine/results THIRD ${fmt})
 room(engine/sweeps SEES ${core} engine/formats engine/scenes engine/results engine/studies THIRD ${fmt} ${json} "tbb/.*")
-room(engine/figures SEES ${engine} THIRD ${fmt} "boost/archive/.*")
+room(engine/figures SEES ${engine} THIRD ${fmt} ${json} "boost/archive/.*")
 room(engine/insertion SEES ${engine} engine/figures THIRD ${fmt} ${json})
 list(APPEND engine engine/capacity engine/stiffness engine/problems engine/studies engine/sweeps engine/insertion engine/figures)
 room(engine/imports SEES ${below_grasp} engine/grasp engine/formats engine/scenes THIRD ${fmt} "pugixml\\.hpp")

@@ -5,6 +5,7 @@
 import {readdir, readFile, writeFile} from 'node:fs/promises';
 import {createRequire} from 'node:module';
 import {join, resolve} from 'node:path';
+import {pathToFileURL} from 'node:url';
 
 import {checkParts, readGuide} from './guide.mjs';
 
@@ -37,9 +38,14 @@ const bundle = async (file) => {
   return result.outputFiles[0].text;
 };
 
+// The colours that mean something, as variables of the style sheet.
+const {default: palette} = await import(pathToFileURL(join(folder, 'palette.js')));
+const variables = (colors) => `:root{${Object.entries(colors).map(([name, color]) => `--${name}:${color};`).join('')}}`;
+const colors = `${variables(palette.light)}@media (prefers-color-scheme:dark){${variables(palette.dark)}}\n`;
+
 const template = await readFile(join(folder, 'page.html'), 'utf8');
 const script = (await bundle('main.js')).replaceAll('</script', '<\\/script');
-const style = await bundle('style.css');
+const style = colors + (await bundle('style.css'));
 // Functions, so that a $ in the bundle is no pattern.
 const page = template
   .replace('<!-- style -->', () => `<style>\n${style}</style>`)

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/run/export.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/exit_code.h"
+#include "app/progress.h"
 #include "app/results.h"
+#include "engine/figures/recording_film.h"
 #include "engine/figures/recording_page.h"
 #include "engine/formats/files.h"
 #include "engine/formats/mcap_reader.h"
@@ -36,33 +41,39 @@ void look_at(const fs::path& recording) {
 }  // namespace
 
 int export_recording(const Options& options) {
-  std::vector<Result> results;
-  if (!options.html.empty()) results.push_back({"--html", options.html});
-  if (!options.csv.empty()) results.push_back({"--csv", options.csv});
-  if (!options.npz.empty()) results.push_back({"--npz", options.npz});
-  if (!options.sto.empty()) results.push_back({"--sto", options.sto});
-  check_results(results, {options.recording});
-  look_at(options.recording);
-  Attempts attempts;
-  if (!options.html.empty()) {
-    attempts.attempt([&] { write_file(options.html, recording_page(options.recording)); });
+  const ExportFlags& flags = options.exported;
+  std::vector<Result> wanted;
+  for (const auto& [flag, file] :
+       {std::pair("--html", flags.html), std::pair("--csv", flags.csv), std::pair("--npz", flags.npz),
+        std::pair("--sto", flags.sto), std::pair("--png", flags.png), std::pair("--film", flags.film)}) {
+    if (!file.empty()) wanted.push_back({flag, file});
   }
-  if (!options.csv.empty()) {
-    attempts.attempt([&] { write_file(options.csv, run_csv(read_recording(options.recording, {is_signal, false}))); });
-  }
-  if (!options.sto.empty()) {
+  check_results(wanted, {flags.recording});
+  look_at(flags.recording);
+  Attempts results;
+  const auto make = [&](const fs::path& file, const auto& bytes) {
+    if (!file.empty()) results.attempt([&] { write_file(file, bytes()); });
+  };
+  make(flags.html, [&] { return recording_page(flags.recording); });
+  make(flags.csv, [&] { return run_csv(read_recording(flags.recording, {is_signal, false})); });
+  make(flags.sto, [&] {
     const auto of_joints = [](const Field& field) {
       return field.name == "time_s" || field.name == "q_rad" || field.name == "q_m" || field.name == "muscles_N" ||
              field.name == kUnstretched;
     };
-    attempts.attempt([&] {
-      write_file(options.sto, run_sto(read_recording(options.recording, {of_joints, false}), options.recording));
-    });
-  }
-  if (!options.npz.empty()) {
-    attempts.attempt([&] { write_file(options.npz, run_npz(read_recording(options.recording), options.npz)); });
-  }
-  attempts.finish();
+    return run_sto(read_recording(flags.recording, {of_joints, false}), flags.recording);
+  });
+  make(flags.npz, [&] { return run_npz(read_recording(flags.recording), flags.npz); });
+  make(flags.png, [&] { return recording_picture(flags.recording, flags.view(), flags.at_s()); });
+  make(flags.film, [&] {
+    ProgressLine line(false);
+    const std::string film =
+        recording_film(flags.recording, flags.film_settings(), ending_of(flags.film),
+                       [&](double share) { line.show(fmt::format("{:.0f} % of the film is drawn", 100.0 * share)); });
+    line.clear();
+    return film;
+  });
+  results.finish();
   return kDone;
 }
 

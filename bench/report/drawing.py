@@ -3,10 +3,12 @@
 side or one below the other. Readable in black and white: markers beside colours, hatches in maps."""
 
 import itertools
+import json
 import math
 import re
 import subprocess
 from html import escape
+from pathlib import Path
 from textwrap import wrap
 
 import analysis
@@ -15,7 +17,9 @@ FONT, BOLD = "DejaVu Sans", "Bold"  # gnuplot writes no weights: the second name
 WIDTH, HEIGHT = 305, 260  # Of a panel [px].
 LINE = 13  # Of text.
 
-OURS = ("#c0392b", "#2563a8", "#2e8b57", "#d98200", "#7b3fa0", "#0b8c8c", "#8c6d31", "#c2478d", "#4d4d00", "#00457a")
+# The colours of the live window and of the program's figures: what stands between the outer braces is JSON.
+PALETTE = json.loads("{" + (Path(__file__).parents[2] / "app/page/src/palette.js").read_text().partition("{")[2].rpartition("}")[0] + "}")
+OURS = (*PALETTE["fingers"], *PALETTE["others"])
 OURS_MARKERS = "os^Dvpx+*"
 PEERS = ("#6a6a6a", "#9a9a9a", "#444444", "#b0b0b0", "#7d7d7d")
 PEERS_MARKERS = "s^Dvo"
@@ -30,29 +34,27 @@ LIMIT = dict(color="#000000", width=2.0)
 LAW = dict(color="#000000", width=1.5)  # Among curves.
 STAR = dict(color="#000000", marker="D", size=1.4, hollow=True, line=False)
 
-# Face, gnuplot's hatch, and its colour: from light to dark also without colours.
-OUTCOME_LOOKS = {
-    "held": ("#dcefe0", None, None),
-    "task done": ("#c4e3cb", None, None),
-    "free": ("#dcefe0", None, None),
-    "two points": ("#a8d5b5", None, None),
-    "over limits": ("#cdb6e0", 2, "#5a3d78"),
-    "slipping": ("#f5d27a", 4, "#8a6100"),
-    "resting": ("#c9c39a", 3, "#5e5830"),
-    "task failed": ("#e0a58c", 8, "#6b2b12"),
-    "outside": ("#d9d9d9", 2, "#707070"),
-    "jammed": ("#e39ab0", 4, "#7a1f3d"),
-    "wedged": ("#8c2347", 5, "#f0c8d4"),
-    "unstable": ("#de6b4e", 1, "#5c1a0a"),
-    "lost": ("#a34a28", 6, "#3a1206"),
-    "off target": ("#9db8d9", 5, "#1f3f66"),
-    "solver failed": ("#3d2b56", None, None),
-    "refused": ("#f4f4f4", 7, "#8a8a8a"),
+# gnuplot's hatch of an outcome's face, and its colour: from light to dark also without colours.
+HATCHES = {
+    "over limits": (2, "#5a3d78"),
+    "slipping": (4, "#8a6100"),
+    "resting": (3, "#5e5830"),
+    "task failed": (8, "#6b2b12"),
+    "outside": (2, "#707070"),
+    "jammed": (4, "#7a1f3d"),
+    "wedged": (5, "#f0c8d4"),
+    "unstable": (1, "#5c1a0a"),
+    "lost": (6, "#3a1206"),
+    "off target": (5, "#1f3f66"),
+    "refused": (7, "#8a8a8a"),
 }
 
 
 def outcome_look(outcome):
-    return OUTCOME_LOOKS.get(outcome, ("#ffffff", 6, "#000000"))
+    """An outcome's face, hatch and colour of the hatch."""
+    if outcome not in PALETTE["outcomes"]:
+        return "#ffffff", 6, "#000000"
+    return PALETTE["outcomes"][outcome], *HATCHES.get(outcome, (None, None))
 
 
 def _quoted(text):

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "collision/shapes.h"
@@ -27,12 +29,17 @@ const Vector2d kLabel_mm(19.0, 5.5);  // As large as "1.23 N" is where the whole
 const Vector3d kPressed(0.78, 0.10, 0.10);
 const Vector3d kObject(0.42, 0.58, 0.75);
 
-/// Rows: right, up, towards the eye.
-Matrix3d camera(const Model& model, const HandPose& pose) {
+/// The direction against gravity; z without.
+Vector3d upward(const Model& model) {
+  const double g = model.scene.gravity.norm();
+  return g > 0.0 ? Vector3d(-model.scene.gravity / g) : Vector3d::UnitZ();
+}
+
+/// Rows: right, up, towards the eye, which is on one of two sides and turned to one of two ends of the grip axis.
+Matrix3d camera(const Model& model, const HandPose& pose, double side, double end) {
   const Hand& hand = model.scene.hand;
   const auto tip = [&](int k) { return Vector3d(pose.distal(hand, k) * hand.fingertips[k].centre_m); };
-  const double g = model.scene.gravity.norm();
-  const Vector3d up = g > 0.0 ? Vector3d(-model.scene.gravity / g) : Vector3d::UnitZ();
+  const Vector3d up = upward(model);
   // The grip axis, from the fingertip that is farthest from the others, as a thumb is, to the middle of these, lies
   // level and across the picture.
   Vector3d sum = Vector3d::Zero(), grip = Vector3d::Zero();
@@ -46,7 +53,7 @@ Matrix3d camera(const Model& model, const HandPose& pose) {
   const Vector3d level = across.cross(up);
   constexpr double kTurn = 0.35, kRise = 0.5;  // [rad]: both fingers and the top of the object show.
   Matrix3d R;
-  R.row(2) = std::cos(kRise) * (std::cos(kTurn) * level + std::sin(kTurn) * across) + std::sin(kRise) * up;
+  R.row(2) = std::cos(kRise) * (std::cos(kTurn) * side * level + std::sin(kTurn) * end * across) + std::sin(kRise) * up;
   R.row(0) = up.cross(Vector3d(R.row(2))).normalized();
   R.row(1) = Vector3d(R.row(2)).cross(Vector3d(R.row(0)));
   return R;
@@ -92,6 +99,22 @@ void add_fingertip(const Model& model, const State& state, const HandPose& pose,
   }
 }
 
+/// How much of the surfels from `begin` on, and of the first `end`, is in front of all others: squares of the picture.
+std::size_t visible(const std::vector<Surfel>& surfels, std::size_t end, std::size_t begin, const Matrix3d& view) {
+  constexpr double kSquare_m = 1.5e-3;
+  struct Front {
+    double towards_m = -1e9;
+    bool counts = false;
+  };
+  std::map<std::pair<long, long>, Front> squares;
+  for (std::size_t i = 0; i < surfels.size(); ++i) {
+    const Vector3d at = view * surfels[i].point_m;
+    Front& front = squares[{std::lround(at.x() / kSquare_m), std::lround(at.y() / kSquare_m)}];
+    if (at.z() > front.towards_m) front = {at.z(), i < end || i >= begin};
+  }
+  return static_cast<std::size_t>(std::ranges::count_if(squares, [](const auto& one) { return one.second.counts; }));
+}
+
 /// The lines of the bodies around the object, where they are now.
 void add_environment(const Model& model, const State& state, const Matrix3d& view, std::vector<Surfel>& surfels) {
   if (!model.scene.environment) return;
@@ -123,6 +146,27 @@ std::string arrows(const State& state, const Matrix3d& view) {
   return lines;
 }
 
+/// Which way is down, and how long 20 mm are, at the left of what is drawn.
+std::string gauge(const Model& model, const std::vector<Surfel>& surfels, const Matrix3d& view) {
+  Vector2d low = Vector2d::Constant(1e9), high = -low;
+  for (const Surfel& surfel : surfels) {
+    const Vector2d at = 1e3 * (view * surfel.point_m).head<2>();
+    low = low.cwiseMin(at);
+    high = high.cwiseMax(at);
+  }
+  const Vector2d down = -16.0 * (view * upward(model)).head<2>(), from(low.x() - 8.0, high.y());
+  std::string script = fmt::format(
+      "set arrow 1 from {0:.3f},{1:.3f} rto 20,0 heads size 1.2,90 lw 2 lc rgb '#555555'\n"
+      "set label 2 '20 mm' at {2:.3f},{3:.3f} center tc rgb '#555555'\n$corners << EOD\n{4:.3f} {3:.3f}\n"
+      "{4:.3f} {5:.3f}\nEOD\n",
+      from.x(), low.y() - 6.0, from.x() + 10.0, low.y() - 11.0, from.x() - 4.0, from.y());
+  if (model.scene.gravity.isZero()) return script;
+  return script + fmt::format(
+                      "set arrow 2 from {0:.3f},{1:.3f} rto {2:.3f},{3:.3f} lw 3 lc rgb '#555555' filled head size "
+                      "3,20,60 fixed\nset label 3 'g' at {4:.3f},{5:.3f} left tc rgb '#555555'\n",
+                      from.x(), from.y(), down.x(), down.y(), from.x() + 3.0, from.y() - 6.0);
+}
+
 /// How the picture is shared out: the grasp at the left, the pulps at the right, below each other or, if these are more
 /// than three, two in a row. Places are shares of the picture's width and height.
 struct Layout {
@@ -149,20 +193,35 @@ struct Layout {
   }
 };
 
-/// The whole grasp, at the left of the picture.
-std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Matrix3d& view,
-                        const Layout& layout) {
+/// The whole grasp, at the left of the picture; `view` becomes the one in which most of object and fingertips is seen.
+std::string grasp_panel(const Model& model, const State& state, const HandPose& pose, const Layout& layout,
+                        Matrix3d& view) {
   std::vector<Surfel> surfels;
   add_object(model, state, surfels);
-  add_environment(model, state, view, surfels);
+  const std::size_t object_end = surfels.size();
   add_bones(model.scene.hand, pose, surfels);
+  const std::size_t tips_begin = surfels.size();
   for (int k = 0; k < model.fingers(); ++k) add_fingertip(model, state, pose, k, surfels);
-  return fmt::format(
-      "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
-      "set lmargin at screen 0.02\nset rmargin at screen {}\nset bmargin at screen 0.01\nset tmargin at screen 0.99\n"
-      "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size 2.5,20,60 fixed, "
-      "$forces using 5:6:7 with labels font ',14' textcolor rgb '#107030'\n",
-      painted(surfels, view), arrows(state, view), layout.grasp_end, kDiscs);
+  std::size_t most = 0;
+  for (const double side : {1.0, -1.0}) {
+    for (const double end : {1.0, -1.0}) {
+      const Matrix3d candidate = camera(model, pose, side, end);
+      const std::size_t seen = visible(surfels, object_end, tips_begin, candidate);
+      if (seen > most) view = candidate;
+      most = std::max(most, seen);
+    }
+  }
+  std::string script = gauge(model, surfels, view);
+  add_environment(model, state, view, surfels);
+  return script + fmt::format(
+                      "$grasp << EOD\n{}EOD\n$forces << EOD\n{}EOD\n"
+                      "set lmargin at screen 0.02\nset rmargin at screen {}\nset bmargin at screen 0.01\nset tmargin "
+                      "at screen 0.99\n"
+                      "plot $grasp {}, $forces using 1:2:3:4 with vectors lw 4 lc rgb '#107030' filled head size "
+                      "2.5,20,60 fixed, "
+                      "$forces using 5:6:7 with labels font ',14' textcolor rgb '#107030', $corners using 1:2 with "
+                      "dots lc rgb 'white'\nunset arrow\n",
+                      painted(surfels, view), arrows(state, view), layout.grasp_end, kDiscs);
 }
 
 /// A deformed fingertip as the object sees it, at the right.
@@ -187,7 +246,7 @@ std::string fingertip_panel(const Model& model, const State& state, const HandPo
 std::string grasp_picture_script(const Model& model, const State& state) {
   HandPose pose;
   forward_kinematics(model.scene.hand, state.q, pose);
-  const Matrix3d view = camera(model, pose);
+  Matrix3d view = Matrix3d::Identity();
   const Layout layout(model.deformable() ? model.fingers() : 0);
   std::string script = fmt::format(
       "set terminal pngcairo size {},700 font 'Helvetica,13' background rgb 'white'\n"
@@ -195,7 +254,7 @@ std::string grasp_picture_script(const Model& model, const State& state) {
       "set multiplot\n",
       layout.width_px);
   if (!layout.narrow) script += "set label 1 'The pulps, seen from the object' at screen 0.785,0.965 center\n";
-  script += grasp_panel(model, state, pose, view, layout) + "unset label\n";
+  script += grasp_panel(model, state, pose, layout, view) + "unset label\n";
   for (int k = 0; model.deformable() && k < model.fingers(); ++k)
     script += fingertip_panel(model, state, pose, k, view, layout);
   return script + "unset multiplot\n";

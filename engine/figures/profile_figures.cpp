@@ -11,6 +11,7 @@
 
 #include "engine/figures/gnuplot.h"
 #include "engine/loops/percentiles.h"
+#include "thenar/palette.h"
 
 namespace thenar {
 
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<const char*, kMaxFingers> kFingerColour{"#c0392b", "#2563a8", "#3a8f5c", "#b7791f", "#7d4e9e"};
+static_assert(palette::kFingers.size() == kMaxFingers);
 constexpr const char* kFrameColour = "#d68910";
 constexpr const char* kSnapshotColour = "#8497a9";
 
@@ -138,7 +139,7 @@ std::string handover_script(const Model& model, const LoopProfile& profile) {
     if (!loaded[k]) continue;
     script += fmt::format(
         "set ylabel {} noenhanced\nplot $forces using 1:{} with steps lw 2 lc rgb '{}' notitle{}\nunset label\n",
-        gnuplot_string(model.scene.hand.fingertips[k].finger + ": force [N]"), k + 2, kFingerColour[k],
+        gnuplot_string(model.scene.hand.fingertips[k].finger + ": force [N]"), k + 2, palette::kFingers[k],
         std::exchange(legend, ""));
   }
   return script +

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fstream>
@@ -55,27 +56,6 @@ bool ended_well(pid_t child) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// Starts a program with these descriptors; -1 if it cannot.
-pid_t start(const std::vector<std::string>& command, int input, int output) {
-  std::vector<char*> words;
-  words.reserve(command.size() + 1);
-  for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
-  words.push_back(nullptr);
-  posix_spawn_file_actions_t streams;
-  posix_spawn_file_actions_init(&streams);
-  posix_spawn_file_actions_adddup2(&streams, input, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&streams, output, STDOUT_FILENO);
-  posix_spawn_file_actions_addopen(&streams, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawnattr_t apart;
-  posix_spawnattr_init(&apart);
-  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
-  pid_t child = -1;
-  if (posix_spawnp(&child, words.front(), &streams, &apart, words.data(), environ) != 0) child = -1;
-  posix_spawn_file_actions_destroy(&streams);
-  posix_spawnattr_destroy(&apart);
-  return child;
-}
-
 }  // namespace
 
 std::optional<std::string> in_child_process(const std::function<std::string()>& work, const ChildLimits& limits) {
@@ -100,6 +80,28 @@ std::optional<std::string> in_child_process(const std::function<std::string()>& 
   return bytes;
 }
 
+pid_t start_program(const std::vector<std::string>& command, const std::vector<PassedDescriptor>& passed) {
+  std::vector<char*> words;
+  words.reserve(command.size() + 1);
+  for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  for (const PassedDescriptor& one : passed) posix_spawn_file_actions_adddup2(&streams, one.ours, one.its);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (std::ranges::count(passed, stream, &PassedDescriptor::its) > 0) continue;
+    posix_spawn_file_actions_addopen(&streams, stream, "/dev/null", O_RDWR, 0);
+  }
+  posix_spawnattr_t apart;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETPGROUP);
+  pid_t child = -1;
+  if (posix_spawnp(&child, words.front(), &streams, &apart, words.data(), environ) != 0) child = -1;
+  posix_spawn_file_actions_destroy(&streams);
+  posix_spawnattr_destroy(&apart);
+  return child;
+}
+
 std::optional<std::string> output_of(const std::vector<std::string>& command, const std::string& input) {
   // Not a pipe: one to a program that is missing or stops ends us, too.
   const int memory = memfd_create("input", MFD_CLOEXEC);
@@ -107,7 +109,7 @@ std::optional<std::string> output_of(const std::vector<std::string>& command, co
   pid_t child = -1;
   std::string bytes;
   if (memory >= 0 && write_all(memory, input) && lseek(memory, 0, SEEK_SET) == 0 && pipe2(ends, O_CLOEXEC) == 0) {
-    child = start(command, memory, ends[1]);
+    child = start_program(command, {{memory, STDIN_FILENO}, {ends[1], STDOUT_FILENO}});
     close(ends[1]);
     if (child > 0) bytes = read_all(ends[0]);
     close(ends[0]);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "engine/formats/build_info.h"
+#include "engine/results/run_events.h"
 #include "engine/results/source_id.h"
 #include "engine/results/warnings.h"
 #include "solvers/grasp_forces.h"
@@ -724,10 +725,19 @@ constexpr RunMeasure kAnswers[] = {
      "How far the finger that slipped most slid from then until the answer's pulse, or the run, was over.", "",
      "with a slip of"}};
 
+constexpr RunMeasure kEvents[] = {
+    {"time_s", kS, [](View v) -> Value { return run_events(*v.scene, *v.recording)[v.item].time_s; },
+     "When something happened: friction, a push or the target changed, a phase began, the grip answered what "
+     "fingertips "
+     "felt, or the object was lost."},
+    {"what", kPlain, [](View v) -> Value { return run_events(*v.scene, *v.recording)[v.item].what; },
+     "What it was, in words."}};
+
 constexpr RunMeasure kChatter[] = {
     {"force_chatter", kPlain, of_verdict<&Verdict::force_chatter>,
      "How much of a finger's force changes to and fro from tick to tick, over the last 0.3 s.", "", "", 35}};
 
+std::size_t events(View v) { return run_events(*v.scene, *v.recording).size(); }
 std::size_t beyond(View v) { return v.verdict->beyond.size(); }
 std::size_t phases(View v) { return v.scene->task.phases.size(); }
 
@@ -757,6 +767,7 @@ constexpr auto kSections =
                                    {"task.phases", Heading::kTask, &kTask, kPhaseRows, phases},
                                    {"task", Heading::kTask, &kTask, kWeight},
                                    {"reflex", Heading::kGrasp, &kReflex, kAnswers},
+                                   {"events", Heading::kRun, &kRun, kEvents, events},
                                    {"", Heading::kSweepAlone, &kVerdict, kChatter}});
 
 }  // namespace

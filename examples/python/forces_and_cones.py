@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import thenar
+from thenar.palette import FINGERS
 
-COLOURS = np.array(["#c0392b", "#2563a8", "#3a8f5c"])
 scene = thenar.Scene("box_grasp", {"object.points": 8000})
 simulation = thenar.Simulation(scene)
 simulation.run(until="900 ms")  # held, and on its way
@@ -26,7 +26,7 @@ figure = plt.figure(figsize=(11, 5), layout="constrained")
 space = figure.add_subplot(1, 2, 1, projection="3d")
 space.set_title("Planned: a force a finger, in a cone of friction 0.55")
 height, angle = np.meshgrid([0.0, 16.0], np.linspace(0.0, 2.0 * np.pi, 40))
-for point, frame, force, colour in zip(1e3 * points_m, frames, plan.force_N, COLOURS):
+for point, frame, force, colour in zip(1e3 * points_m, frames, plan.force_N, FINGERS):
     cone = np.stack([height, 0.55 * height * np.cos(angle), 0.55 * height * np.sin(angle)], axis=-1) @ frame.T
     space.plot_surface(*np.moveaxis(point + cone, -1, 0), color=colour, alpha=0.25)
     space.quiver(*point, *(8.0 * force), color=colour, linewidth=2.5)
@@ -42,7 +42,7 @@ used = force_N[carries, 1:] / (scene.friction * force_N[carries, :1])
 plane = figure.add_subplot(1, 2, 2)
 plane.set_title("Borne: every contact's cone from above; at the rim it slides")
 plane.add_patch(plt.Circle((0.0, 0.0), 1.0, fill=False))
-plane.scatter(*used.T, s=400.0 * force_N[carries, 0], color=COLOURS[contacts["finger"][carries]], alpha=0.7)
+plane.scatter(*used.T, s=400.0 * force_N[carries, 0], color=np.array(FINGERS)[contacts["finger"][carries]], alpha=0.7)
 plane.set_aspect("equal")
 plane.set_xlabel("tangential force / (friction x normal force), aside")
 plane.set_ylabel("up")

@@ -8,9 +8,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 import thenar
-
-COLOURS = {"held": "#3a8f5c", "over limits": "#9bc4a8", "off target": "#7d4e9e", "slipping": "#e0a526",
-           "unstable": "#2563a8", "lost": "#c0392b", "solver failed": "#444444", "refused": "#bbbbbb"}
+from thenar.palette import OUTCOMES
 
 frictions = [0.15, 0.2, 0.25, 0.3, 0.4, 0.6, 0.8]
 masses_g = [50, 100, 150, 200, 300, 400]
@@ -18,13 +16,13 @@ scene = thenar.Scene("box_grasp", {"time.duration": "1.5 s", "object.points": 80
 rows = thenar.sweep(scene, {"object.mass": [f"{m} g" for m in masses_g], "contact.friction": frictions})
 print(f"{sum(row['outcome'] == 'held' for row in rows)} of {len(rows)} were held")
 
-words = list(COLOURS)
+words = list(OUTCOMES)
 outcomes = np.array([words.index(row["outcome"]) for row in rows]).reshape(len(masses_g), len(frictions))
 figure, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
-axes.pcolormesh(outcomes, cmap=ListedColormap(list(COLOURS.values())), vmin=-0.5, vmax=len(words) - 0.5,
+axes.pcolormesh(outcomes, cmap=ListedColormap(list(OUTCOMES.values())), vmin=-0.5, vmax=len(words) - 0.5,
                 edgecolor="white", linewidth=3)
 for outcome in np.unique(outcomes):
-    axes.scatter([], [], s=150, marker="s", color=COLOURS[words[outcome]], label=words[outcome])
+    axes.scatter([], [], s=150, marker="s", color=OUTCOMES[words[outcome]], label=words[outcome])
 axes.set_xticks(np.arange(len(frictions)) + 0.5, [f"{f:g}" for f in frictions])
 axes.set_yticks(np.arange(len(masses_g)) + 0.5, [f"{m} g" for m in masses_g])
 axes.set_xlabel("friction")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import thenar
+from thenar.palette import FINGERS
 
 STIFFNESS = np.array([300.0, 300.0, 300.0, 0.5, 0.5, 0.5])  # [N/m], then [N m/rad]
 SQUEEZE_N, PUSH_N = 1.5, 0.5
@@ -53,8 +54,8 @@ print(f"gave way by {max(one_loop):.2f} mm; F / K is {1e3 * PUSH_N / STIFFNESS[0
 figure, axes = plt.subplots(figsize=(8, 4.2), layout="constrained")
 axes.axvspan(0.5, 1.5, color="#f0f0f0", label=f"pushed with {PUSH_N} N")
 axes.axhline(1e3 * PUSH_N / STIFFNESS[0], color="black", linestyle="--", linewidth=1, label="F / K")
-axes.plot(times_s, one_loop, color="#2563a8", linewidth=3, label="one loop")
-axes.plot(times_s, real_time, color="#c0392b", linewidth=1, label="real time, the law at 200 Hz")
+axes.plot(times_s, one_loop, color=FINGERS[0], linewidth=3, label="one loop")
+axes.plot(times_s, real_time, color=FINGERS[1], linewidth=1, label="real time, the law at 200 Hz")
 axes.set(xlabel="time [s]", ylabel="box, aside [mm]")
 axes.legend(frameon=False)
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).with_suffix(".png"), dpi=110)

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import thenar
+from thenar.palette import FINGERS
 
 # An egg, turned about z. Any closed mesh will do (.obj, .stl, .off), or a scan (.ply).
 around, along = 60, 40
@@ -36,7 +37,7 @@ space = plt.figure(figsize=(6, 6), layout="constrained").add_subplot(projection=
 space.plot_surface(*np.moveaxis(egg, -1, 0), color="#e3d3a8", linewidth=0, alpha=0.6)
 points, forces = 1e3 * grasp.points_m, grasp.force_N @ grasp.object[:3, :3]  # in the object's axes
 for finger, point, normal, force, colour in zip(
-        grasp.fingers, points, grasp.normals, forces, ["#c0392b", "#2563a8", "#3a8f5c"]):
+        grasp.fingers, points, grasp.normals, forces, FINGERS):
     space.quiver(*point, *(15.0 * force), pivot="tip", color=colour, linewidth=3)
     space.text(*(point + 50.0 * normal), finger, color=colour, ha="center")
 space.view_init(azim=90.0 + np.degrees(np.arctan2(points[0, 1], points[0, 0])))  # from beside the grip

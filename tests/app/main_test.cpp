@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The program as a user meets it: what it prints, what it writes, and how it refuses bad input.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,11 +16,18 @@
 #include "collision/shapes.h"
 #include "engine/formats/ply_file.h"
 #include "tests/support/program.h"
+#include "thenar/palette.h"
 
 namespace thenar::main_test {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether gnuplot has drawn something in a colour "#rrggbb", which it writes as rgb( 47, 127, 224).
+bool has_color(const std::string& svg, const std::string& hex) {
+  const auto part = [&](std::size_t at) { return std::stoi(hex.substr(at, 2), nullptr, 16); };
+  return svg.find(fmt::format("rgb({:3}, {:3}, {:3})", part(1), part(3), part(5))) != std::string::npos;
+}
 
 TEST(Program, WritesEveryResultOfARun) {
   const fs::path out = scratch();
@@ -41,6 +49,11 @@ TEST(Program, WritesEveryResultOfARun) {
   for (const char* figure : {"path.svg", "forces.svg", "muscles.svg", "grip.svg"}) {
     EXPECT_NE(read(out / figure).find("</svg>"), std::string::npos) << figure;
   }
+  EXPECT_TRUE(has_color(read(out / "forces.svg"), palette::kNormal));
+  EXPECT_TRUE(has_color(read(out / "forces.svg"), palette::kTangential));
+  for (const char* color : {palette::kX, palette::kY, palette::kZ})
+    EXPECT_TRUE(has_color(read(out / "path.svg"), color)) << color;
+  EXPECT_TRUE(has_color(read(out / "grip.svg"), palette::kFingers.front()));
   EXPECT_EQ(read(out / "grasp.png").substr(1, 3), "PNG");
   for (const auto& entry : fs::directory_iterator(out)) EXPECT_NE(entry.path().extension(), ".part");
 }

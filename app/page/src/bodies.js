@@ -87,6 +87,7 @@ class Body extends Group {
     this.shape = shape;
     this.matrixAutoUpdate = false;
     this.part = kShapes[shape]?.(size_m) ?? new Group(); // of a shape that is not known here nothing is shown
+    this.part.traverse((part) => (part.receiveShadow = Boolean(part.isMesh)));
     this.add(this.part);
   }
 

@@ -5,6 +5,7 @@ import uPlot from 'uplot';
 
 import {fixed, short, superscript} from './format.js';
 import {themed} from './colors.js';
+import {events} from './events.js';
 
 const kFont = '10.5px system-ui, "DejaVu Sans", sans-serif';
 
@@ -70,11 +71,12 @@ export function nearestRow(column, value) {
 }
 
 /**
- * Signals over time. `series`: [{color, dashed, name}]; `floor`: the least range of the values; `unit`: theirs. Under the
- * pointer there is a line in all of them, and its plot's values are said.
+ * Signals over time. `series`: [{color, dashed, name}]; `floor`: the least range of the values; `unit`: theirs; `named`:
+ * events have their words here, beside their lines. Under the pointer there is a line in all of them, and its plot's
+ * values are said.
  */
 export class TimeChart {
-  constructor(parent, {series, floor, name, unit, times}) {
+  constructor(parent, {series, floor, name, unit, times, named = false}) {
     this.series = series;
     this.unit = unit;
     this.columns = [[0]];
@@ -82,7 +84,7 @@ export class TimeChart {
     this.end_s = 1;
     this.view = plotIn(parent, {
       cursor: {y: false, points: {show: false}, drag: {x: false, y: false}, sync: {key: 'time'}},
-      hooks: {setCursor: [() => this.#read()]},
+      hooks: {setCursor: [() => this.#read()], draw: [(plot) => drawEvents(plot, named)]},
       scales: {
         x: {time: false, range: () => [this.begin_s, this.end_s]},
         y: {range: (_, low, high) => spread(low, high, floor)},
@@ -137,6 +139,43 @@ export class TimeChart {
     shown.style.left = `${x - width < 0 ? x + 14 : x - width}px`;
     shown.style.top = `${Math.max(4, Math.min(box.top + plot.cursor.top - 20, innerHeight - shown.offsetHeight - 4))}px`;
   }
+}
+
+const kWord_px = 11; // height of a row of words
+
+/** Thin lines where something happened, and beside them what, in two rows; words that would cover others are left out. */
+function drawEvents(plot, named) {
+  const {ctx, bbox} = plot;
+  const pixels = devicePixelRatio;
+  const free = [bbox.left, bbox.left]; // from where on each row is, the lower one first
+  ctx.save();
+  ctx.font = `${10 * pixels}px system-ui, "DejaVu Sans", sans-serif`;
+  ctx.textAlign = 'left';
+  ctx.textBaseline = 'bottom';
+  for (const {time_s, what} of events.list) {
+    const x = Math.round(plot.valToPos(time_s, 'x', true));
+    if (x < bbox.left || x > bbox.left + bbox.width) continue;
+    ctx.strokeStyle = ctx.fillStyle = themed('--muted');
+    ctx.lineWidth = pixels;
+    ctx.setLineDash([2 * pixels, 2 * pixels]);
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    const wide = ctx.measureText(what).width;
+    const room = bbox.left + bbox.width - x; // words near the right edge stand at the left of their line
+    const begin = room > wide + 4 * pixels ? x + 3 * pixels : x - wide - 3 * pixels;
+    const row = free.findIndex((from) => from <= begin);
+    if (!named || row < 0) continue;
+    const place = [what, begin, bbox.top + bbox.height - pixels - row * kWord_px * pixels];
+    ctx.setLineDash([]);
+    ctx.strokeStyle = themed('--panel'); // around the letters, so that curves do not cross them
+    ctx.lineWidth = 3 * pixels;
+    ctx.strokeText(...place);
+    ctx.fillText(...place);
+    free[row] = begin + wide + 4 * pixels;
+  }
+  ctx.restore();
 }
 
 function spread(low, high, floor) {

@@ -3,14 +3,12 @@
 
 import {Color} from 'three';
 
-export const fingerColors = ['#2f7fe0', '#e08a12', '#2aa876', '#a355c8', '#c2553f'];
-export const actual = {normal: '#2f7fe0', tangential: '#e0632f'};
-// Of contacts that hold, and of those that slide. Eyes without one kind of cones tell them apart as well as others do,
-// and so do those that see no colours, by lightness and by a second head of the arrow.
-export const stuck = '#0a3f8f';
-export const slipping = '#e01b1b';
-export const atLimit = '#4bd2ff'; // of a cell that holds, and has nothing to spare
-export const axes = ['#d0446a', '#3b9a4a', '#3b74d8'];
+import palette from './palette.js';
+
+// `stuck` and `slipping`: of contacts that hold, and of those that slide. Eyes without one kind of cones tell them apart as
+// well as others do, and so do those that see no colours, by lightness and by a second head of the arrow. `atLimit`: of a
+// cell that holds, and has nothing to spare.
+export const {fingers: fingerColors, stuck, slipping, at_limit: atLimit} = palette;
 
 const stops = (colors) => colors.map((color) => new Color(color));
 // From an untouched pulp to a hard pressed one: lightness falls all the way, so that it reads without hues.

@@ -6,12 +6,11 @@ import {Vector3} from 'three';
 import {fingerColors} from './colors.js';
 
 const place = [0, 0, 0];
-const kNamed = [['around', 'var(--around-force)'], ['stiffness', 'var(--stiffness)'], ['turning', 'var(--turning)'], ['pull', '#d03a8c']]; // beginnings of names
+const kNamed = [['around', 'var(--around-force)'], ['stiffness', 'var(--stiffness)'], ['turning', 'var(--turning)'], ['scale', 'transparent'], ['gravity', 'transparent'], ['pull', '#d03a8c']]; // beginnings of names
 const kWide = 100, kHigh = 18; // of a label, in pixels
 
 /** Labels in an element over the picture: {element, at [m, world], text} each; without text they are hidden. */
 export function makeLabels(overlay, names) {
-  overlay.replaceChildren();
   return names.map((name, k) => {
     const element = document.createElement('div');
     element.className = 'label';

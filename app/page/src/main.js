@@ -184,7 +184,7 @@ function showState(bytes, quiet = false) {
   if (time_s < before_s) picture.clearTrail();
   if (quiet) picture.remember(state.values);
   else picture.show(state);
-  panels.show(state, picture.fullActivation, quiet);
+  panels.show(state, picture.fullActivation, quiet, quiet ? '' : status?.outcome);
   if (quiet) return;
   if (state.values.friction?.[0] !== friction) showSettings();
   byId('time').textContent = fixed(time_s, 3);
@@ -291,7 +291,9 @@ function showFrame(frames, index) {
   const frame = frames[index];
   if (frame.scene !== scene) setScene(frame.scene, frame.geometry);
   if (frame.status !== status) setStatus(frame.status);
-  if (index !== shownFrame + 1 || frames[shownFrame]?.scene !== scene) recall(frames, index);
+  const onward = index > shownFrame && index - shownFrame < kRecent && frames[shownFrame]?.scene === scene;
+  if (!onward) recall(frames, index);
+  for (let i = shownFrame + 1; onward && i < index; ++i) showState(frames[i].bytes, true);
   shownFrame = index;
   showState(frame.bytes);
 }
@@ -324,6 +326,9 @@ async function openReplay() {
   seek.addEventListener('input', () => replay.seek(Number(seek.value)));
   byId('play').addEventListener('click', () => replay.toggle());
   setSelect(byId('replay-speed'), 1);
+  const end = new State(scene);
+  end.take(recording.frames.at(-1).bytes);
+  if (!Number.isFinite(end.values.contact_Hz?.[0])) toggleLoops(); // of one loop there are no figures of two
 }
 
 // Buttons and keys.
@@ -441,6 +446,19 @@ addEventListener('keydown', (event) => {
 
 // For tests, and for who looks at it in the console.
 window.thenar = {
+  /** Shows a time of a recording at once, for who takes pictures of the page; `alone`: the picture without what is around it. */
+  async showAt(time_s, alone = false) {
+    if (root.classList.toggle('alone', alone) !== picture.alone) {
+      picture.alone = alone;
+      picture.resize();
+      picture.aim();
+    }
+    replay.pause();
+    replay.seek(time_s);
+    picture.draw();
+    panels.flush();
+    for (let i = 0; i < 2; ++i) await new Promise(requestAnimationFrame); // until it is on the screen
+  },
   get connected() { return connection?.connected ?? false; },
   get scene() { return scene; },
   get status() { return status; },

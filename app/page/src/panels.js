@@ -5,6 +5,7 @@ import {AccuracyTrail, LatencyChart, TimeChart} from './charts.js';
 import {activationColor, fingerColors} from './colors.js';
 import {bar, byId, element, meterIn, setText} from './elements.js';
 import {fixed, length, power, short} from './format.js';
+import {events} from './events.js';
 import {Histories} from './history.js';
 import {StiffnessPanel, choosesStiffness, isSpent} from './stiffness.js';
 import {tip} from './tips.js';
@@ -34,6 +35,7 @@ export class Panels {
   load(scene) {
     const same = JSON.stringify([scene.fingers.map(({name}) => name), scene.muscles, feels(scene), scene.object_stiffness]);
     this.#scene = scene;
+    events.load(scene);
     if (same === this.#same) return; // another level, say: the plots go on
     this.#same = same;
     for (const chart of [...this.forceCharts, this.pathChart, this.accuracy, this.latency]) chart?.view.destroy();
@@ -46,12 +48,12 @@ export class Panels {
         {name: 'tangential, desired', color: '--tangential', dashed: true},
         {name: 'normal', color: '--normal'}, {name: 'tangential', color: '--tangential'},
       ],
-      floor: [0, 1], unit: 'N', name: {text: name, color: fingerColors[k]}, times: k === scene.fingers.length - 1,
+      floor: [0, 1], unit: 'N', name: {text: name, color: fingerColors[k]}, times: k === scene.fingers.length - 1, named: k === 0,
     }));
     const axes = ['x', 'y', 'z'].map((name) => ({name, color: `--${name}`}));
     this.pathChart = new TimeChart(byId('path'), {
       series: [...axes.map(({name, color}) => ({name: `${name}, target`, color, dashed: true})), ...axes],
-      floor: [-1, 1], unit: 'mm', times: true,
+      floor: [-1, 1], unit: 'mm', times: true, named: true,
     });
     this.accuracy = new AccuracyTrail(byId('accuracy'), kTrailSeconds);
     this.latency = new LatencyChart(byId('latency'), scene.fields.find(({name}) => name === 'latency_counts').count);
@@ -112,8 +114,9 @@ export class Panels {
   }
 
   /** A state; `quiet`: for the plots' memory only. `full`: what a muscle's full bar means. */
-  show(state, full, quiet = false) {
+  show(state, full, quiet = false, outcome = '') {
     const v = state.values;
+    events.add(v, outcome);
     const row = [];
     for (let k = 0; k < this.#scene.fingers.length; ++k) {
       row.push(v.desired_normal_N[k], v.desired_tangential_N[k], v.normal_N[k], v.tangential_N[k]);
@@ -134,7 +137,14 @@ export class Panels {
     if (this.#state && !this.#timer) this.#refresh();
   }
 
+  /** Shows the last state now. */
+  flush() {
+    clearTimeout(this.#timer);
+    if (this.#state) this.#refresh();
+  }
+
   clear() {
+    events.clear();
     this.forces?.clear();
     this.path?.clear();
     this.touch.clear();

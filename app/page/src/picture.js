@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 // The picture: what a state looks like. It is drawn when something has changed, not otherwise.
 
-import {Color, Matrix4, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer} from 'three';
+import {Matrix4, PCFShadowMap, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
-import {Bodies, Touches, bodyLabels} from './bodies.js';
+import {Bodies, Touches, bodyLabels, hasBodies} from './bodies.js';
 import {Cells, cellsOf} from './cells.js';
 import {Closeups, kPulpLayer} from './closeups.js';
 import {niceAbove, themed} from './colors.js';
 import {Ellipsoids, ellipsoidLabels} from './ellipsoids.js';
 import {Forces} from './forces.js';
+import {Gauge, gaugeLabels} from './gauge.js';
+import {Ground} from './ground.js';
 import {makeLabels, placeLabels} from './labels.js';
 import {splitForce} from './messages.js';
 import {angleBetween, setPose, vector} from './poses.js';
 import {Pulp} from './pulp.js';
 import {Muscles, Skeleton} from './skeleton.js';
 import {hitSplats} from './splats.js';
-import {makeObject} from './surface.js';
+import {hideBehind, makeObject} from './surface.js';
 import {feels} from './touch.js';
 import {Trail} from './trail.js';
-import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
+import {addLamp, aimAt, backdrop, daylight, followLamp, isSoftware, placesOf, upward} from './view.js';
 
 const kGhostFrom_m = 0.5e-3;
-const kGhostBehind_m = 0.4e-3; // so that the object shows where both nearly are
 const kGhostFrom_rad = 1 * Math.PI / 180;
 const kEnough = 40000; // splats
 const kEnoughForGhost = 6000;
@@ -37,6 +38,7 @@ export class Picture {
   onDrawn = () => {};
   /** Called in the task in which the canvas was drawn, so that its pixels can be read. */
   onPixels = () => {};
+  alone = false; // nothing of the page is around it
   fullPressure_Pa = 20e3;
   fullActivation = 0.1; // of a muscle's strength
   #object = new Matrix4();
@@ -57,8 +59,9 @@ export class Picture {
     this.overlay = overlay;
     this.insets = insets;
     this.software = isSoftware();
-    this.renderer = new WebGLRenderer({canvas, antialias: !this.software, powerPreference: 'low-power'});
+    this.renderer = new WebGLRenderer({canvas, antialias: !this.software, stencil: true, powerPreference: 'low-power'});
     this.renderer.autoClear = false;
+    Object.assign(this.renderer.shadowMap, {enabled: true, type: PCFShadowMap});
     this.world = new Scene();
     this.above = new Scene(); // is drawn over the world, for forces act inside of things
     this.camera = new PerspectiveCamera(30, 1, 0.02, 3);
@@ -66,6 +69,10 @@ export class Picture {
     this.closeups = new Closeups(this.world, insets);
     this.lamp = addLamp(this.world);
     this.lampAbove = addLamp(this.above);
+    this.ground = new Ground(this.software ? 256 : 1024);
+    this.world.add(this.ground);
+    this.gauge = new Gauge();
+    this.above.add(this.gauge);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.request());
     this.labels = [];
@@ -76,9 +83,10 @@ export class Picture {
   }
 
   matchTheme() {
-    this.renderer.setClearColor(new Color(themed('--picture')));
+    this.world.background?.dispose();
+    this.world.background = backdrop(themed('--sky'), themed('--picture'));
     this.object?.setColor(themed('--object'));
-    this.skeleton?.setColor(themed('--bone'));
+    this.skeleton?.setColors(themed('--bone'), themed('--skin'));
     this.bodies?.setColor(themed('--around'), themed('--around-edge'));
     this.request();
   }
@@ -93,9 +101,10 @@ export class Picture {
     const tilted = !this.software;
     this.object = this.#keep(this.world, makeObject(scene, geometry, themed('--object'), {enough: kEnough, tilted}));
     this.ghost = this.#keep(this.world, makeObject(scene, geometry, themed('--ghost'),
-                                                   {enough: kEnoughForGhost, opacity: 0.3, behind: kGhostBehind_m, tilted}));
+                                                   {enough: kEnoughForGhost, opacity: 0.4, tilted}));
+    hideBehind(this.object, this.ghost);
     for (const shown of [this.object, this.ghost]) shown.matrixAutoUpdate = false;
-    this.skeleton = this.#keep(this.world, new Skeleton(scene, themed('--bone')));
+    this.skeleton = this.#keep(this.world, new Skeleton(scene, themed('--bone'), themed('--skin')));
     this.muscles = this.#keep(this.world, new Muscles(scene));
     this.bodies = this.#keep(this.world, new Bodies(scene));
     this.pulps = geometry.fingers.map((finger) => {
@@ -105,12 +114,15 @@ export class Picture {
       if (feels(scene)) pulp.add((pulp.cells = new Cells(finger, kPulpLayer)));
       return pulp;
     });
+    for (const part of [this.object, ...this.pulps]) if (part) part.castShadow = true;
     this.insets.forEach((inset, k) => (inset.hidden = !this.pulps[k]));
     this.forces = this.#keep(this.above, new Forces(scene));
     this.touches = this.#keep(this.above, new Touches(scene));
     this.ellipsoids = this.#keep(this.above, new Ellipsoids(scene));
     this.trail = this.#keep(this.above, new Trail());
+    this.overlay.replaceChildren();
     this.labels = makeLabels(this.overlay, [...scene.fingers.map(({name}) => name), ...bodyLabels(scene), ...ellipsoidLabels, 'pull']);
+    this.gaugeLabels = makeLabels(this.overlay, gaugeLabels);
     this.#aimed = this.#aimed && this.aimedFor === scene.name;
     this.aimedFor = scene.name;
     this.resize();
@@ -231,12 +243,25 @@ export class Picture {
     this.trail?.clear();
   }
 
-  /** The camera as at the start: the grip axis level and across, both fingers and the top of the object to be seen. */
+  /** Shares of the view that other things cover: the small views at the right, buttons below. */
+  #margins() {
+    const {left, right, top, bottom} = this.canvas.getBoundingClientRect();
+    const insets = this.insets.filter(({hidden}) => !hidden).map((inset) => inset.getBoundingClientRect().left);
+    const covered = (px, whole) => Math.min(0.35, px / whole); // more is not left free
+    const buttons = document.getElementById('views').getBoundingClientRect();
+    return {left: 0.03, right: 0.03 + covered(right - Math.min(right, ...insets), right - left), top: 0.04,
+            bottom: 0.04 + (buttons.height > 0 ? covered(bottom - buttons.top, bottom - top) : 0)};
+  }
+
+  /** The camera as at the start: the grip axis level and across, the whole hand and the object to be seen. */
   aim() {
     if (!this.state) return;
     const tips = this.scene.fingers.map(({segment, centre_m}) => vector(centre_m).applyMatrix4(this.#poses[segment]));
     const centre = new Vector3().setFromMatrixPosition(this.#object);
-    this.controls.target.copy(aimAt(this.camera, tips, vector(this.scene.gravity_m_per_s2), centre));
+    const up = upward(this.scene);
+    const places = placesOf(this.scene, this.#poses, this.geometry.object.points, this.#object);
+    this.controls.target.copy(aimAt(this.camera, {tips, up, places, centre}, this.#margins()));
+    this.ground.place(up, places, centre, hasBodies(this.scene));
     this.controls.update();
     this.camera.updateMatrixWorld(); // hands may reach for something before it is drawn
     this.#aimed = true;
@@ -270,6 +295,7 @@ export class Picture {
     if (!this.scene || !this.state) return;
     this.#render();
     placeLabels(this.labels, (point) => this.project(point));
+    placeLabels(this.gaugeLabels, (point) => this.project(point));
   }
 
   /** A drawing is done when the graphics have done it, which this thread must not wait for: it has hands to serve. */
@@ -303,6 +329,8 @@ export class Picture {
     followLamp(this.lamp, camera);
     this.lampAbove.position.copy(this.lamp.position);
     this.bodies.face(camera);
+    const down = vector(this.scene.gravity_m_per_s2).lengthSq() > 0 ? upward(this.scene).negate() : null;
+    this.gauge.place(this, down, this.controls.target, this.gaugeLabels);
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, this.width, this.height);
     renderer.clear();

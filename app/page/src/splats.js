@@ -5,7 +5,6 @@ import {BufferAttribute, BufferGeometry, Color, Points, ShaderMaterial} from 'th
 
 const vertexShader = `
 uniform float radius;      // of a disc [m]
-uniform float behind;      // how much farther it is drawn [m]
 uniform float pixels;      // that 1 m has at a distance of 1 m
 varying vec3 facing;       // the normal, where z is the way to the eye
 varying float eye;
@@ -22,13 +21,10 @@ void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   if (facing.z <= 0.0) return;
   gl_Position = projectionMatrix * centre;
-  vec4 farther = projectionMatrix * (centre - vec4(0.0, 0.0, behind, 0.0));
-  gl_Position.z = farther.z / farther.w * gl_Position.w;
 }`;
 
 const fragmentShader = `
 uniform float radius;
-uniform float behind;
 uniform mat4 projectionMatrix;
 uniform vec3 color;
 uniform float opacity;
@@ -40,7 +36,7 @@ void main() {
   float rise = -dot(facing.xy, d) / max(facing.z, 0.05);  // of the disc's plane, towards the eye, in radii
   if (dot(d, d) + rise * rise > 1.0) discard;
 #ifdef TILTED
-  float z = eye - behind + radius * rise;
+  float z = eye + radius * rise;
   gl_FragDepth = 0.5 - 0.5 * (projectionMatrix[2][2] * z + projectionMatrix[3][2]) / z;
 #endif
   gl_FragColor = vec4(color * light * (0.86 + 0.14 * facing.z), opacity);
@@ -49,16 +45,15 @@ void main() {
 
 /**
  * `points`, `normals`: three numbers each; `radius` of a disc [m]. With an opacity below 1 only the nearest discs show.
- * `behind`: so much farther they are drawn [m], where they lie in another surface. `tilted`: their depth is that of their plane, at every pixel; else of their centre, which a processor draws faster.
+ * `tilted`: their depth is that of their plane, at every pixel; else of their centre, which a processor draws faster.
  */
 export class Splats extends Points {
-  constructor(points, normals, radius, color, {opacity = 1, tilted = true, behind = 0} = {}) {
+  constructor(points, normals, radius, color, {opacity = 1, tilted = true} = {}) {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(points, 3));
     geometry.setAttribute('normal', new BufferAttribute(normals, 3));
     const uniforms = {
       radius: {value: radius},
-      behind: {value: behind},
       pixels: {value: 1},
       color: {value: new Color(color)},
       opacity: {value: opacity},

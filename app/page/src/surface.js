@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The object: as a closed surface, where the message has one, else as discs at its samples.
 
-import {BufferAttribute, BufferGeometry, Color, Mesh, MeshLambertMaterial} from 'three';
+import {BufferAttribute, BufferGeometry, Color, Mesh, MeshLambertMaterial, NotEqualStencilFunc, ReplaceStencilOp} from 'three';
 
 import {Splats, thinned} from './splats.js';
 
 const kCrease = Math.cos((35 * Math.PI) / 180); // faces that meet more sharply have an edge between them
-const kUnits_per_m = 2e6; // of polygonOffset, at 0.4 m: what 1 m is of the depth's 24 bits there, about
+const kCovered = 1; // in the stencil: a pixel of the object
 
 /**
  * Corners of triangles, three each, with normals: those of the faces around that are alike, by area. `vertices`: three
@@ -54,16 +54,15 @@ export function creased(vertices, triangles) {
 }
 
 class Surface extends Mesh {
-  /** With an opacity below 1 only the nearest faces show. `behind`: so much farther it is drawn [m], about. */
-  constructor({vertices, triangles}, color, {opacity, behind}) {
+  /** With an opacity below 1 only the nearest faces show. */
+  constructor({vertices, triangles}, color, {opacity}) {
     const geometry = new BufferGeometry();
     const {positions, normals} = creased(vertices, triangles);
     geometry.setAttribute('position', new BufferAttribute(positions, 3));
     geometry.setAttribute('normal', new BufferAttribute(normals, 3));
-    const offset = {polygonOffset: behind > 0, polygonOffsetFactor: 0, polygonOffsetUnits: behind * kUnits_per_m};
-    super(geometry, new MeshLambertMaterial({color, ...offset}));
+    super(geometry, new MeshLambertMaterial({color}));
     // As of splats, a first pass leaves the nearest faces.
-    this.depth = new Mesh(geometry, new MeshLambertMaterial({colorWrite: false, transparent: true, ...offset}));
+    this.depth = new Mesh(geometry, new MeshLambertMaterial({colorWrite: false, transparent: true}));
     this.depth.renderOrder = 1;
     this.renderOrder = 2;
     for (const part of [this, this.depth]) part.frustumCulled = false;
@@ -93,8 +92,22 @@ class Surface extends Mesh {
 }
 
 /** The object of a scene's message and geometry. `enough`: splats, where it needs them. */
-export function makeObject(scene, {object}, color, {enough, opacity = 1, behind = 0, tilted}) {
-  if (object.triangles.length > 0) return new Surface(object, color, {opacity, behind});
+export function makeObject(scene, {object}, color, {enough, opacity = 1, tilted}) {
+  if (object.triangles.length > 0) return new Surface(object, color, {opacity});
   const {points, normals, growth} = thinned(object.points, object.normals, enough);
-  return new Splats(points, normals, growth * scene.object.spacing_m, color, {opacity, behind, tilted});
+  return new Splats(points, normals, growth * scene.object.spacing_m, color, {opacity, tilted});
+}
+
+/**
+ * Draws the ghost of an object only where the object itself does not cover it. Two surfaces that nearly coincide would
+ * else show as bands of both colours, which change with the view.
+ */
+export function hideBehind(object, ghost) {
+  for (const {material} of [object, object.depth]) {
+    Object.assign(material, {stencilWrite: true, stencilRef: kCovered, stencilZPass: ReplaceStencilOp});
+  }
+  for (const part of [ghost, ghost.depth]) {
+    Object.assign(part.material, {stencilWrite: true, stencilRef: kCovered, stencilFunc: NotEqualStencilFunc});
+    part.renderOrder += 2; // after the object, also where that is seen through
+  }
 }

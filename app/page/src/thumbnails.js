@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small pictures of grasps that were found: the hand on the object, as it would begin.
 
-import {Color, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
+import {Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
 
 import {fingerColors, themed} from './colors.js';
 import {setPose, vector} from './poses.js';
 import {pulpGeometry, Skeleton} from './skeleton.js';
 import {makeObject} from './surface.js';
-import {addLamp, aimAt, daylight, followLamp, isSoftware} from './view.js';
+import {addLamp, aimAt, backdrop, daylight, followLamp, isSoftware, placesOf, upward} from './view.js';
 
 const kEnough = 12000; // splats
 
 /** The hand with its fingertips at rest, in their fingers' colours, and the places of their centres. */
 function handOf({fingers, segments, poses}) {
   const matrices = segments.map((_, s) => setPose(new Matrix4(), poses, 12 * s));
-  const hand = new Skeleton({segments, fingers: fingers.map((finger) => ({...finger, samples: 1}))}, themed('--bone'));
+  const hand = new Skeleton({segments, fingers: fingers.map((finger) => ({...finger, samples: 1}))}, themed('--bone'), themed('--skin'));
   hand.pose(matrices);
   const tips = fingers.map((finger, k) => {
     const pulp = new Mesh(pulpGeometry(finger).translate(...finger.centre_m),
@@ -24,7 +24,7 @@ function handOf({fingers, segments, poses}) {
     hand.add(pulp);
     return vector(finger.centre_m).applyMatrix4(matrices[finger.segment]);
   });
-  return {hand, tips};
+  return {hand, tips, matrices};
 }
 
 function dispose(thing) {
@@ -42,8 +42,8 @@ function dispose(thing) {
 export function drawThumbnails(scene, geometry, jobs) {
   const software = isSoftware();
   const renderer = new WebGLRenderer({antialias: true, powerPreference: 'low-power'});
-  renderer.setClearColor(new Color(themed('--picture')));
   const world = new Scene();
+  world.background = backdrop(themed('--sky'), themed('--picture'));
   world.add(daylight());
   const lamp = addLamp(world);
   const camera = new PerspectiveCamera(30, 1, 0.02, 3);
@@ -62,10 +62,11 @@ export function drawThumbnails(scene, geometry, jobs) {
     renderer.setSize(canvas.width, canvas.height, false);
     camera.aspect = canvas.width / canvas.height;
     camera.updateProjectionMatrix();
-    const {hand, tips} = handOf(grasp.hand);
+    const {hand, tips, matrices} = handOf(grasp.hand);
     world.add(hand);
     setPose(object.matrix, grasp.object);
-    camera.lookAt(aimAt(camera, tips, vector(scene.gravity_m_per_s2), new Vector3().setFromMatrixPosition(object.matrix)));
+    const places = placesOf(grasp.hand, matrices, geometry.object.points, object.matrix);
+    aimAt(camera, {tips, up: upward(scene), places, centre: new Vector3().setFromMatrixPosition(object.matrix)});
     camera.updateMatrixWorld();
     followLamp(lamp, camera);
     object.fit(camera, canvas.height);

@@ -40,7 +40,7 @@ export class TouchPanel {
     this.stick = new Histories(scene.fingers.length, spans_s);
     fingerColors.forEach((color, k) => document.documentElement.style.setProperty(`--finger-${k}`, color));
     this.#chart = new TimeChart(byId('stick'), {
-      series: scene.fingers.map(({name}, k) => ({name, color: `--finger-${k}`})), floor: [0, 1], unit: '', times: true,
+      series: scene.fingers.map(({name}, k) => ({name, color: `--finger-${k}`})), floor: [0, 1], unit: '', times: true, named: true,
     });
     const body = byId('touch').tBodies[0];
     body.replaceChildren();

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
-import {readFile} from 'node:fs/promises';
+import {readFile, readdir} from 'node:fs/promises';
 import test from 'node:test';
 
 import {Color, Vector3} from 'three';
 
 import {slipping, stuck} from '../src/colors.js';
+import palette from '../src/palette.js';
 import {Forces} from '../src/forces.js';
 import {Arrows} from '../src/rods.js';
 import {ciede2000, distance, sights} from './color_vision.mjs';
@@ -25,6 +26,32 @@ test('who lacks a kind of cones tells stuck from slipping as others do', () => {
   assert.deepEqual(sights, ['all', 'protanopia', 'deuteranopia', 'tritanopia']);
   for (const sight of sights) assert.ok(distance(stuck, slipping, sight) >= 40, `${sight}: ${distance(stuck, slipping, sight)}`);
   assert.ok(distance('#178a4c', '#e01b1b', 'deuteranopia') < 20, 'the measure tells what is alike');
+});
+
+/** The least distance between any two colours to any eyes. */
+const least = (colors) => Math.min(...sights.flatMap((sight) =>
+  colors.flatMap((one, i) => colors.slice(0, i).map((other) => distance(one, other, sight)))));
+
+// Curves have words or places beside their colours, so that half of what areas need is enough; the least distance of
+// plain red, green and blue, as there were before, is 7.
+test('who lacks a kind of cones tells fingers, axes and forces apart', () => {
+  for (const {normal, tangential, x, y, z} of [palette.light, palette.dark]) {
+    assert.ok(least([normal, tangential]) >= 40, `forces: ${least([normal, tangential])}`);
+    assert.ok(least([x, y, z]) >= 19, `axes: ${least([x, y, z])}`);
+  }
+  assert.ok(least(palette.fingers) >= 19, `fingers: ${least(palette.fingers)}`);
+  assert.ok(least([palette.stuck, palette.slipping, palette.at_limit]) >= 40);
+});
+
+test('the page takes its colours of fingers, axes and forces from the palette alone', async () => {
+  const folder = new URL('../src/', import.meta.url);
+  const own = Object.values(palette.light).concat(Object.values(palette.dark), palette.fingers, palette.stuck, palette.slipping);
+  for (const name of await readdir(folder)) {
+    if (name === 'palette.js') continue;
+    const text = await readFile(new URL(name, folder), 'utf8');
+    for (const color of own) assert.ok(!text.includes(color), `${name} has ${color} a second time`);
+    assert.doesNotMatch(text, /--(normal|tangential|x|y|z):/, `${name} sets a colour of the palette`);
+  }
 });
 
 test('an arrow with two heads has one more, of the same colour, and ends where it should', () => {

@@ -3,7 +3,7 @@
 //     node offline.mjs THENAR CONFIGS
 
 import assert from 'node:assert/strict';
-import {execFileSync} from 'node:child_process';
+import {execFileSync, spawnSync} from 'node:child_process';
 import {mkdtemp, readFile, rm, writeFile} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import {dirname, join} from 'node:path';
@@ -250,4 +250,35 @@ test('a recording of a box on a slope shows what it rests on, and with which for
     assert.equal(await page.evaluate(() => window.thenar.picture.bodies.visible), false);
     assert.equal(await page.evaluate(() => window.thenar.picture.touches.sums.shafts.count), 0);
   });
+});
+
+/** Width and height of a PNG file. */
+const sizeOf = (png) => [png.readUInt32BE(16), png.readUInt32BE(20)];
+
+test('a picture is as large as asked for, and shows its time', async () => {
+  const shot = async (...options) => {
+    const file = join(folder, 'shot.png');
+    thenar('export', recorded, '--png', file, ...options);
+    return readFile(file);
+  };
+  const alone = ['--alone', '--size', '400x300'];
+  const [start, middle, again] = [await shot('--at', '0', ...alone), await shot('--at', '1 s', ...alone), await shot('--at', '1 s', ...alone)];
+  assert.deepEqual(sizeOf(start), [400, 300]);
+  assert.ok(middle.equals(again), 'the same time has the same pixels');
+  assert.ok(!start.equals(middle), 'another time has others');
+  assert.deepEqual(sizeOf(await shot()), [1280, 800]);
+});
+
+test('a film has every frame, also where drawing takes longer than it lasts', (context) => {
+  if (spawnSync('ffmpeg', ['-version'], {stdio: 'ignore'}).status !== 0) return context.skip('no ffmpeg here');
+  const frames = (name, ...options) => {
+    const file = join(folder, name);
+    // The box moves in this time: no two frames are alike, which a format might make one of.
+    thenar('export', recorded, '--film', file, '--from', '0.6 s', '--to', '1 s', '--alone', '--size', '320x240', ...options);
+    const counted = execFileSync('ffprobe', ['-v', 'error', '-count_frames', '-show_entries', 'stream=nb_read_frames,width,height',
+                                             '-of', 'csv=p=0', file], {encoding: 'utf8'});
+    return counted.trim().split(',').map(Number);
+  };
+  assert.deepEqual(frames('a.gif', '--fps', '10'), [320, 240, 5]);
+  assert.deepEqual(frames('a.mp4', '--fps', '20', '--speed', '0.5'), [320, 240, 17]);
 });

@@ -2,7 +2,9 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 
-import {creased, makeObject} from '../src/surface.js';
+import {AlwaysStencilFunc, KeepStencilOp, NotEqualStencilFunc, ReplaceStencilOp} from 'three';
+
+import {creased, hideBehind, makeObject} from '../src/surface.js';
 import {Splats} from '../src/splats.js';
 import {readGeometry} from '../src/messages.js';
 import {geometry, kTetrahedron, scene, withSurface} from './synthetic.mjs';
@@ -49,12 +51,29 @@ test('the object is drawn as its surface where there is one, else as discs', () 
   const discs = makeObject(scene, readGeometry(new Uint8Array(geometry()), scene), '#888888', options);
   assert.ok(discs instanceof Splats);
   const {scene: closed, geometry: message} = withSurface(kTetrahedron);
-  const surface = makeObject(closed, readGeometry(new Uint8Array(message), closed), '#888888', {...options, opacity: 0.3, behind: 1e-3});
+  const surface = makeObject(closed, readGeometry(new Uint8Array(message), closed), '#888888', {...options, opacity: 0.3});
   assert.ok(!(surface instanceof Splats));
   assert.equal(surface.geometry.attributes.position.count, 12);
-  assert.ok(surface.depth.visible && surface.material.transparent && surface.material.polygonOffset);
+  assert.ok(surface.depth.visible && surface.material.transparent);
   surface.setOpacity(1);
   assert.ok(!surface.depth.visible && !surface.material.transparent);
   surface.setColor('#102030');
   assert.equal(surface.material.color.getHexString(), '102030');
+});
+
+test('a ghost is drawn after its object, and only where that does not cover it', () => {
+  const {scene: closed, geometry: message} = withSurface(kTetrahedron);
+  for (const [shape, bytes] of [[scene, geometry()], [closed, message]]) {
+    const make = (opacity) => makeObject(shape, readGeometry(new Uint8Array(bytes), shape), '#888888', {enough: 1000, tilted: false, opacity});
+    const [object, ghost] = [make(1), make(0.3)];
+    hideBehind(object, ghost);
+    for (const {material} of [object, object.depth]) {
+      assert.ok(material.stencilWrite && material.stencilZPass === ReplaceStencilOp && material.stencilFunc === AlwaysStencilFunc);
+    }
+    for (const {material, renderOrder} of [ghost, ghost.depth]) {
+      assert.ok(material.stencilFunc === NotEqualStencilFunc && material.stencilRef === object.material.stencilRef);
+      assert.equal(material.stencilZPass, KeepStencilOp, 'it marks nothing itself');
+      assert.ok(renderOrder > object.renderOrder, 'also of an object that is seen through');
+    }
+  }
 });
