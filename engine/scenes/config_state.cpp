@@ -64,7 +64,8 @@ std::string whole_map(const ConfigState& state, const std::string& above, const 
                       const std::string& value) {
   const Key* const key = find_key(state.keys, table_path(above));
   if (key == nullptr || !may_be_map(state.keys, *key)) return "";
-  return fmt::format(": write the whole of it, as in --set '{}={{{}: {}}}'", above, path.substr(above.size() + 1), value);
+  return fmt::format(": write the whole of it, as in --set '{}={{{}: {}}}'", above, path.substr(above.size() + 1),
+                     value);
 }
 
 /// Adds "key.path=value", the next text of the command line, to the tree; "list[0].key=value" to a list's map. The maps

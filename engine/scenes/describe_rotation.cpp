@@ -66,22 +66,25 @@ void describe_quaternion(Visitor& v, Matrix3d& rotation) {
   }
 }
 
-void describe_as_map(Visitor& v, Matrix3d& rotation) {
+/// Returns false for a map that has no rotation.
+bool describe_as_map(Visitor& v, Matrix3d& rotation) {
   describe_axis_and_angle(v, rotation);
   describe_euler(v, rotation);
   describe_quaternion(v, rotation);
-  if (!v.reads()) return;
+  if (!v.reads()) return true;
   int forms = 0;
   for (const char* form : {"axis", "euler", "quaternion"}) {
     if (v.has(form) && ++forms > 1) v.refuse(form, "only one of axis with angle, euler and quaternion may be given");
   }
-  if (forms == 0) v.refuse("axis", "with angle, euler or quaternion is required");
+  return forms > 0;
 }
 
 }  // namespace
 
 void describe_rotation(Visitor& v, const KeyRow& row, Matrix3d& rotation) {
-  v.value_or_map(row, rotation, false, [&] { describe_as_map(v, rotation); });
+  bool has_form = true;
+  v.value_or_map(row, rotation, false, [&] { has_form = describe_as_map(v, rotation); });
+  if (!has_form) v.refuse(row.name, "needs one of axis with angle, euler, quaternion");
 }
 
 void describe_rotation(Visitor& v, const KeyRow& row, std::optional<Matrix3d>& rotation) {

@@ -184,8 +184,8 @@ SyntaxFault syntax_fault(std::string_view text, int line, int column, const std:
   if (auto fault = no_text(text)) return *std::move(fault);
   if (auto fault = unclosed_quotes(text)) return *std::move(fault);
   const auto number = static_cast<std::size_t>(line - 1);
-  if (parser == YAML::ErrorMsg::MAP_VALUE && number < lines.size()) return colon_fault(lines, line, column);
   if (auto fault = tab_before_key(text, lines, number)) return *std::move(fault);
+  if (parser == YAML::ErrorMsg::MAP_VALUE && number < lines.size()) return colon_fault(lines, line, column);
   const std::string_view here = number < lines.size() ? lines[number] : std::string_view();
   return {line, column, fault_at(here, column, MarkScanner(text).opened_before(line, column), parser)};
 }

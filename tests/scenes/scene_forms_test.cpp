@@ -136,10 +136,10 @@ TEST(SceneForms, RefusesHalvesAndMixturesOfRotations) {
   EXPECT_EQ(fault("{order: zyx, axis: [0, 0, 1], angle: 1 deg}"),
             "object.rotation.order: is that of euler: name that, too");
   EXPECT_EQ(fault("{quaternion: [0, 0, 0, 0]}"), "object.rotation.quaternion: must not be zero");
-  EXPECT_EQ(fault("{}"), "object.rotation.axis: with angle, euler or quaternion is required");
+  EXPECT_EQ(fault("{}"), "object.rotation: needs one of axis with angle, euler, quaternion");
   EXPECT_EQ(fault("{axis: [0, 0, 1], angle: 1 deg, quaternion: [1, 0, 0, 0]}"),
             "object.rotation.quaternion: only one of axis with angle, euler and quaternion may be given");
-  EXPECT_EQ(fault("{rpy: [0 deg, 0 deg, 1 deg]}").substr(0, 76),
+  EXPECT_EQ(fault("{rpy: [0 deg, 0 deg, 1 deg]}"),
             "object.rotation.rpy: unknown key, did you mean 'object.rotation.euler'?");
 }
 
