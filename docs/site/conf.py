@@ -33,10 +33,12 @@ breathe_default_members = ("members", "undoc-members")
 autodoc_member_order = "bysource"
 
 html_theme = "furo"
-html_static_path = ["style.css"]
+html_static_path = ["style.css", "theme.js"]
 html_css_files = ["style.css"]
+html_js_files = ["theme.js"]
 html_extra_path = ["start"]
 html_copy_source = False
+html_use_index = html_domain_indices = False  # The search finds declarations.
 html_show_search_summary = False  # It would be fetched, which browsers refuse where a page is a file.
 html_show_copyright = False
 html_search_language = "questions"
@@ -52,7 +54,7 @@ REFERENCE = "scene results fields measures recordings window muscles problem_fil
 BELOW = {
     "docs/index": {
         "Guides": [f"guide/{name}" for name in GUIDES],
-        "Reference": [f"reference/{name}" for name in REFERENCE] + ["site/python", "MODULES"],
+        "Reference": [f"reference/{name}" for name in REFERENCE] + ["site/python", "C++ modules <MODULES>"],
         "Background": ["ARCHITECTURE", "DEPARTURES", "NOTATION", "decisions/README", "measured"],
         "Project": ["/CONTRIBUTING", "/SECURITY", "/CHANGELOG"],
     },
