@@ -15,12 +15,16 @@ namespace thenar {
 
 namespace {
 
-Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface, Model* known = nullptr) {
+/// `sampled`: of this surface, if it has been made.
+Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface,
+                   std::shared_ptr<const SampledSolid> sampled = nullptr, Model* known = nullptr) {
   std::string grasp_notes;
   if (scene.grasp) grasp_notes = find_scene_grasp(scene, surface);
-  std::shared_ptr<const SampledSolid> sampled;
-  if (scene.environment && !solid_of(scene.object.shape))
+  if (!scene.environment || solid_of(scene.object.shape)) {
+    sampled = nullptr;
+  } else if (!sampled) {
     sampled = std::make_shared<const SampledSolid>(surface.cloud());
+  }
   check_room(scene, sampled);
   Model model = surface_model(std::move(scene), std::move(surface), known);
   model.sampled = std::move(sampled);
@@ -44,7 +48,7 @@ Model build_model(Scene scene, Model known) {
   const bool lends = scene.fingertips && !scene.grasp;
   if (!lends) known.object.forget_edges();
   return with_surface(std::move(scene), std::move(known.object_notes), std::move(known.object),
-                      lends ? &known : nullptr);
+                      std::move(known.sampled), lends ? &known : nullptr);
 }
 
 }  // namespace thenar
