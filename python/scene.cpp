@@ -13,7 +13,7 @@
 #include "engine/scenes/scene_file.h"
 #include "engine/scenes/shared_data.h"
 #include "engine/scenes/units.h"
-#include "engine/studies/load_model.h"
+#include "engine/studies/known_models.h"
 #include "python/arrays.h"
 
 namespace thenar::python {
@@ -128,33 +128,28 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 }
 
 std::shared_ptr<SceneHandle> make(const std::filesystem::path& file, std::vector<std::string> changes,
-                                  std::optional<FoundGrasp> grasp = {}, const SceneHandle* like = nullptr) {
+                                  std::optional<FoundGrasp> grasp = {}) {
   const Unlocked others;
-  return std::make_shared<SceneHandle>(file, std::move(changes), std::move(grasp),
-                                       like != nullptr ? like->made_model() : nullptr);
+  return std::make_shared<SceneHandle>(file, std::move(changes), std::move(grasp));
+}
+
+KnownModels& known_models() {
+  static KnownModels models;
+  return models;
 }
 
 }  // namespace
 
-SceneHandle::SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp,
-                         std::shared_ptr<const Model> known)
+SceneHandle::SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp)
     : file_(std::move(file)),
       changes_(std::move(changes)),
       grasp_(std::move(grasp)),
-      scene_(load(file_, changes_, grasp_)),
-      known_(std::move(known)) {}
+      scene_(load(file_, changes_, grasp_)) {}
 
 std::shared_ptr<const Model> SceneHandle::model() const {
   const std::lock_guard lock(making_);
-  if (!model_) model_ = std::make_shared<const Model>(known_ ? load_model(scene_, *known_) : load_model(scene_));
-  known_.reset();
+  if (!model_) model_ = known_models().load(scene_);
   return model_;
-}
-
-std::shared_ptr<const Model> SceneHandle::made_model() const {
-  const std::unique_lock lock(making_, std::try_to_lock);  // Another thread may be making it.
-  if (!lock.owns_lock()) return nullptr;
-  return model_ ? model_ : known_;
 }
 
 std::shared_ptr<const Model> model_of(const SceneHandle& scene) {
@@ -243,7 +238,7 @@ Raises SceneError with every fault, its file, line, column and key; FileError fo
       .def(
           "set",
           [](const SceneHandle& self, const py::dict& changes) {
-            return make(self.file(), joined(self.changes(), changes), self.grasp(), &self);
+            return make(self.file(), joined(self.changes(), changes), self.grasp());
           },
           py::arg("changes"), R"(The scene with some values changed: {'object.mass': '150 g', 'contact.friction': 0.6}.
 
@@ -299,7 +294,7 @@ void bind_scene(py::module_& module) {
   SceneClass type(module, "Scene", R"(A scene: what holds what, and how.
 
 Immutable: set() gives another one. It is read and checked when it is made; its surfaces are made when it first runs,
-and shared by all runs of it.)");
+and shared by all runs of it and by other scenes with the same object and fingertips.)");
   bind_making(type);
   bind_values(type);
   bind_names(type);

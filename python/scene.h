@@ -21,12 +21,10 @@ namespace thenar::python {
 namespace py = pybind11;
 
 /// A scene's file, the changes to it, and what they make. It never changes; its model is made when it is first needed,
-/// and shared by all runs of it: that of load_model().
+/// and shared by all runs of it. Scenes on the same surface share the making of it: KnownModels.
 class SceneHandle : public Constructed {
  public:
-  /// `known`: a model of a scene like this one, if there is one: load_model().
-  SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp = {},
-              std::shared_ptr<const Model> known = nullptr);
+  SceneHandle(std::filesystem::path file, std::vector<std::string> changes, std::optional<FoundGrasp> grasp = {});
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
@@ -34,8 +32,6 @@ class SceneHandle : public Constructed {
   [[nodiscard]] const std::optional<FoundGrasp>& grasp() const { return grasp_; }
   /// Returns the model. Called without the interpreter's lock. Throws ConfigError and FileError.
   [[nodiscard]] std::shared_ptr<const Model> model() const;
-  /// Returns the model if it or one like it has been made, else null; does not wait for one that is being made.
-  [[nodiscard]] std::shared_ptr<const Model> made_model() const;
 
  private:
   std::filesystem::path file_;
@@ -43,7 +39,7 @@ class SceneHandle : public Constructed {
   std::optional<FoundGrasp> grasp_;
   Scene scene_;
   mutable std::mutex making_;
-  mutable std::shared_ptr<const Model> model_, known_;
+  mutable std::shared_ptr<const Model> model_;
 };
 
 /// Returns the scene's model; others may have the interpreter while it is made.

@@ -305,6 +305,14 @@ std::optional<LockstepSettings> lockstep_of(const py::object& lockstep) {
 
 namespace {
 
+/// Copies the bytes of a state: while others have the interpreter, they may change an array.
+std::string bytes_of(const py::buffer& state) {
+  const py::buffer_info given = state.request();
+  const bool is_dense = given.ndim == 1 && (given.strides[0] == 1 || given.size == 0);
+  if (given.itemsize != 1 || !is_dense) throw py::type_error("a state is bytes, or an array of them, without gaps");
+  return {static_cast<const char*>(given.ptr), static_cast<std::size_t>(given.size)};
+}
+
 void bind_saving(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
   type.def(
           "state",
@@ -317,21 +325,23 @@ void bind_saving(py::class_<Simulation, std::shared_ptr<Simulation>>& type) {
             }
             return py::bytes(bytes);
           },
-          R"(All of the run as bytes, but its laws.
+          R"(All of the run as bytes, but its laws: the controller's memory, that of the contacts, frames under way.
 
-For set_state() of a simulation of the same scene, in this process or another one of the same version and machine.)")
+For set_state() of a simulation of the same scene, in this process or another one of the same version and machine.
+pickle saves them; so does numpy, as numpy.frombuffer(state, numpy.uint8).)")
       .def(
           "set_state",
-          [](Simulation& self, const py::bytes& state) {
-            const auto bytes = static_cast<std::string_view>(state);
+          [](Simulation& self, const py::buffer& state) {
+            const std::string bytes = bytes_of(state);
             const Hold hold(self);
             const Unlocked others;
             self.set_state(bytes);
           },
           py::arg("state"), R"(Goes on as the run did whose state() this is: with the same bits as its copy().
 
-The laws stay. Raises ValueError, and changes nothing, if the bytes are not whole, or the state of another scene: each
-value of both has to be the same. Like a pickle, a state is to come from somebody you trust.)");
+state: bytes, or an array of bytes, such as numpy.load() gives. The laws stay. Raises ValueError, and changes nothing,
+if the bytes are not whole, or the state of another scene: each value of both has to be the same. Like a pickle, a state
+is to come from somebody you trust.)");
 }
 
 }  // namespace

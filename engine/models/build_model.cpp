@@ -15,10 +15,14 @@ namespace thenar {
 
 namespace {
 
-Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface, Model* known = nullptr) {
-  std::shared_ptr<const SampledSolid> sampled;
-  if (scene.environment && !solid_of(scene.object.shape))
+/// `sampled`: of this surface, if it has been made.
+Model with_surface(Scene scene, std::vector<std::string> notes, ImplicitSurface surface,
+                   std::shared_ptr<const SampledSolid> sampled = nullptr, Model* known = nullptr) {
+  if (!scene.environment || solid_of(scene.object.shape)) {
+    sampled = nullptr;
+  } else if (!sampled) {
     sampled = std::make_shared<const SampledSolid>(surface.cloud());
+  }
   const TouchingSolid object = touching_object(scene, sampled);
   stand_object(scene, object);
   std::string grasp_notes;
@@ -47,7 +51,7 @@ Model build_model(Scene scene, Model known) {
   const bool lends = scene.fingertips && !scene.grasp;
   if (!lends) known.object.forget_edges();
   return with_surface(std::move(scene), std::move(known.object_notes), std::move(known.object),
-                      lends ? &known : nullptr);
+                      std::move(known.sampled), lends ? &known : nullptr);
 }
 
 }  // namespace thenar

@@ -218,4 +218,11 @@ bool have_same_surface(const Scene& one, const Scene& other) {
          search_reach_m(one) == search_reach_m(other) && asked_of_surface(one) == asked_of_surface(other);
 }
 
+std::size_t object_file_hash(const Scene& scene) try {
+  const auto* const scan = std::get_if<CloudShape>(&scene.object.shape);
+  return scan == nullptr ? 0 : std::hash<std::string>()(read_file(scan->file));
+} catch (const FileError&) {
+  return 0;
+}
+
 }  // namespace thenar

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
@@ -28,7 +29,9 @@ using StartWatch = std::function<void(const char* stage)>;
 [[nodiscard]] EnclosedSolid object_solid(const Scene& scene, const ImplicitSurface& surface,
                                          std::vector<std::string>& notes);
 
-/// Returns true if the two scenes certainly have the same surface.
+/// Returns true if the two scenes certainly have the same surface, as long as their object's file stays the same.
 [[nodiscard]] bool have_same_surface(const Scene& one, const Scene& other);
+/// Returns a hash of the bytes of the object's file; 0 for a shape, and for a file that cannot be read.
+[[nodiscard]] std::size_t object_file_hash(const Scene& scene);
 
 }  // namespace thenar

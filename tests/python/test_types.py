@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package's types: its stubs name what is there, and the examples are right by them (mypy --strict).
+"""The package's types: its stubs name what is there and say what it is, and the examples are right by them (mypy
+--strict).
 
 Ends with 77 where mypy or numpy is missing.
 """
@@ -26,7 +27,9 @@ def main():
     except ImportError as error:
         print(f"skipped: {error} (Debian: mypy, python3-numpy)")
         return 77
+    subprocess.run([sys.executable, "-B", SOURCE / "python" / "stub.py", "--check"], check=True)
     environment = {**os.environ, "MYPYPATH": os.environ["PYTHONPATH"]}
+    environment["PYTHONPATH"] += os.pathsep + str(SOURCE / "tests" / "python" / "stand_in")  # stubtest imports thenar.gym.
     with tempfile.TemporaryDirectory() as folder:
         settings = Path(folder) / "mypy.ini"
         settings.write_text(SETTINGS, encoding="utf-8")
