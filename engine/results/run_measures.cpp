@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "engine/formats/build_info.h"
-#include "engine/results/source_id.h"
 #include "engine/results/warnings.h"
 #include "solvers/grasp_forces.h"
 

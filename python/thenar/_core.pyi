@@ -15,6 +15,7 @@ _Law = Optional[Callable[[Period], npt.ArrayLike]]
 _ForceLaw = Optional[Callable[[Period], Optional[npt.ArrayLike]]]
 
 __version__: str
+__commit__: str
 
 class Scene:
     def __init__(self, file: _Path, set: Optional[dict[str, Any]] = None) -> None: ...
