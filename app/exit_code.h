@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "engine/results/verdict.h"
 
 namespace thenar::app {
@@ -21,6 +23,16 @@ enum ExitCode {
   kUnknown = 12,
   kInterrupted = 130  ///< Ctrl-C or another signal, as in shells: results so far are kept.
 };
+
+/// Lines on exit codes at the end of a command's help: of most commands, of those that end as a run does, and of all.
+inline constexpr const char* kCodesOfMost =
+    "Exit code: 0, or 2 for a wrong command, scene or hand, 3 for a file that cannot be read or written.";
+[[nodiscard]] std::string codes_of_outcomes();
+inline constexpr const char* kAllCodes =
+    "Exit codes: 0 if all went well, 1 for an internal error or too little memory, 2 for a wrong command, scene or "
+    "hand, "
+    "3 for a file that cannot be read or written, 4 for a port of the window that cannot be used, 130 if interrupted. "
+    "What became of a grasp has codes from 6 on: thenar run --help.";
 
 /// Returns the exit code of a run that came to an end: 0 unless it failed.
 [[nodiscard]] int exit_code(const Scene& scene, Outcome outcome);

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "app/exit_code.h"
+#include "app/version.h"
 #include "app/wrong_command.h"
-#include "engine/formats/build_info.h"
 #include "engine/formats/byte_source.h"
 #include "engine/formats/text.h"
 #include "engine/scenes/scene_file.h"
@@ -36,7 +36,7 @@ CLI::Option* add_file(CLI::App& command, const char* option, std::filesystem::pa
 
 void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_option("--out", options.out, std::string("Folder for ") + results)->type_name("DIR")->check(named());
-  command.add_option("--format", options.format, "What to print: text or json")->check(one_of({"text", "json"}));
+  add_choice(command, "--format", options.format, {"text", "json"}, "What to print");
   command.add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
 }
 
@@ -97,13 +97,10 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
                    "Problem files: .fcp (contact), .hdf5 or .h5 (contact, in the format of FCLIB), .json (P1 grasp "
                    "forces, P2 muscle forces, P3 those under an object stiffness, LCP)")
       ->required();
-  command
-      ->add_option("--method", options.method,
-                   "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: "
-                   "active_set, lemke (pyramids), exact_cone. P2: active_set, lemke. P3: newton. LCP: lemke. all: "
-                   "each that applies")
-      ->type_name("METHOD")
-      ->check(one_of({"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"}));
+  add_choice(
+      *command, "--method", options.method, {"newton", "gauss_seidel", "active_set", "lemke", "exact_cone", "all"},
+      "How; the first is the default. contact: newton (Gauss-Seidel, then Newton), gauss_seidel. P1: active_set, "
+      "lemke (pyramids), exact_cone. P2: active_set, lemke. P3: newton. LCP: lemke. all: each that applies");
   command
       ->add_option("--tolerance", options.tolerance,
                    "Largest residual of a solution, default 1e-8 for contact (natural map), else 1e-10 (share of the "
@@ -126,7 +123,7 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
       ->type_name("T")
       ->capture_default_str()
       ->check(some_time());
-  command->add_option("--format", options.format, "What to print: text or json")->check(one_of({"text", "json"}));
+  add_choice(*command, "--format", options.format, {"text", "json"}, "What to print");
   command->add_flag("--forces", options.forces, "Shows the forces (z of an LCP), too");
   add_file(
       *command, "--write", options.written,
@@ -313,6 +310,7 @@ void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   add_record(*run, options.record,
              "MCAP file of what the run looks like: thenar demo replays it, thenar export shares it, others open it");
   add_dump(*run, options)->excludes(realtime);
+  run->footer(codes_of_outcomes());
 }
 
 void add_insertion(CLI::App& app, Options& options) {
@@ -347,19 +345,24 @@ void add_doctor(CLI::App& app, Options& options) {
   add_core(*doctor, options.core);
 }
 
-}  // namespace
+/// Every command has a line on its exit codes, this one if it has no other.
+void add_exit_codes(CLI::App& command) {
+  if (command.get_footer().empty()) command.footer(kCodesOfMost);
+  for (CLI::App* below : command.get_subcommands([](CLI::App* b) { return !b->get_name().empty(); })) {
+    add_exit_codes(*below);
+  }
+}
 
-std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
-  CLI::App app{"Real-time human grasp: deformable fingertips, muscles, and grasps that are found", "thenar"};
-  app.set_version_flag("--version", std::string("thenar ") + std::string(build_info::kVersion));
+/// The command line: help, man page and completions are made of this.
+void describe(CLI::App& app, SceneFlags& flags, Options& options) {
+  app.name("thenar");
+  app.description("Real-time human grasp: deformable fingertips, muscles, and grasps that are found");
+  app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   app.failure_message(wrong_command_line);
-  Options options;
-  SceneFlags flags;
   // In the order of the help.
   add_run(app, flags, options);
-  // For the help alone: run_program() hands it to another program.
-  app.add_subcommand("demo", "Shows a scene while it runs, or a recording, in a browser, and lets hands on it");
+  add_window(app, options.window);
   add_solve(app, flags, options);
   add_check(app, options);
   add_hand(app, options.hand);
@@ -373,7 +376,26 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
   add_doctor(app, options);
   app.add_subcommand("scenes", "Lists the scenes that come with the program");
   add_docs(app, options);
+  app.add_subcommand("man", "Prints this program's manual page: thenar man | man -l -");
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) add_exit_codes(*command);
+  app.footer(kAllCodes);
+}
 
+}  // namespace
+
+void with_command_line(const std::function<void(const CLI::App&)>& use) {
+  CLI::App app;
+  Options options;
+  SceneFlags flags;
+  describe(app, flags, options);
+  use(app);
+}
+
+std::optional<Options> parse_options(int argc, const char* const* argv, int& exit_code) {
+  CLI::App app;
+  Options options;
+  SceneFlags flags;
+  describe(app, flags, options);
   const std::string wrong = wrong_command(app, {argv + std::min(argc, 1), argv + argc});
   if (!wrong.empty()) {
     std::cerr << "thenar: " << wrong << (wrong.ends_with('?') ? "" : ";") << " `thenar --help` lists all commands\n";
@@ -384,6 +406,7 @@ std::optional<Options> parse_options(int argc, const char* const* argv, int& exi
     app.parse(argc, argv);
     options.command = app.get_subcommands().front()->get_name();
     check_together(flags.rates, options.runner);
+    check_rates(options.window.rates);
   } catch (const CLI::ParseError& error) {
     exit_code = app.exit(error) == 0 ? kDone : kBadUsage;
     return std::nullopt;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,7 +13,12 @@
 #include "app/record_flags.h"
 #include "app/scene_flags.h"
 #include "app/stiffness_flags.h"
+#include "app/window_flags.h"
 #include "engine/scenes/scene_file.h"
+
+namespace CLI {
+class App;
+}
 
 namespace thenar::app {
 
@@ -62,6 +68,7 @@ struct Options {
 
   HandOptions hand;
   StiffnessOptions stiffness;
+  WindowFlags window;
 
   bool browser = true;  ///< For docs: open them on a desktop.
 
@@ -86,6 +93,9 @@ struct Options {
   bool floor = false;           ///< Also measure the machine's least jitter.
   std::filesystem::path trace;  ///< File for the last ticks as a Chrome trace; empty: none.
 };
+
+/// Shows the description of the command line to `use`.
+void with_command_line(const std::function<void(const CLI::App&)>& use);
 
 /// Reads the command line. Returns nothing if nothing is left to do: help, the version or an error is printed, and
 /// `exit_code` is set.

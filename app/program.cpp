@@ -10,7 +10,6 @@
 #include <iostream>
 #include <new>
 #include <optional>
-#include <string_view>
 #include <system_error>
 
 #include "app/exit_code.h"
@@ -18,6 +17,7 @@
 #include "engine/formats/files.h"
 #include "engine/loops/realtime.h"
 #include "engine/scenes/config.h"
+#include "engine/scenes/shared_data.h"
 
 namespace thenar::app {
 
@@ -26,10 +26,9 @@ namespace {
 /// Becomes another program of this one's folder, with the same arguments. Returns only if that cannot be run: the exit
 /// code.
 int become(const std::string& name, char** argv) {
-  std::error_code unreadable;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", unreadable).parent_path();
-  if (unreadable) {
-    std::cerr << fmt::format("{}: cannot be found: /proc/self/exe: {}\n", name, unreadable.message());
+  const std::filesystem::path folder = running_program().parent_path();
+  if (folder.empty()) {
+    std::cerr << fmt::format("{}: cannot be found: the system does not tell where this program is\n", name);
     return kBadFile;
   }
   const std::string program = (folder / name).string();
@@ -63,13 +62,10 @@ int run_program(int argc, char** argv, const Commands& commands, const std::stri
   tell_of_memory_at_the_end();
   widen_thread_stacks();
   std::signal(SIGXFSZ, SIG_IGN);  // A file at its limit is an error like a full disk.
-  // The window parses its own flags.
-  if (argc > 1 && std::string_view(argv[1]) == "demo") return become("thenar-window", argv);
   int exit_code = kDone;
   const std::optional<Options> options = parse_options(argc, argv, exit_code);
   if (options) {
     const auto command = commands.find(options->command);
-    // A flag may stand before `demo`.
     if (command == commands.end()) return become(options->command == "demo" ? "thenar-window" : other, argv);
     exit_code = command->second(*options);
   }

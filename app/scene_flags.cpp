@@ -29,6 +29,18 @@ CLI::Validator or_auto(const CLI::Validator& rule) {
 CLI::Validator rate() { return quantity(Dimension::kFrequency, kSlowest_Hz, kFastest_Hz, "200Hz"); }
 
 double rate_Hz(const std::string& text) { return read_quantity(text, Dimension::kFrequency).value; }
+/// A check that a text is one of these words.
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  const std::string all = fmt::format("{}", fmt::join(words, ", "));
+  return {[words, all](const std::string& text) -> std::string {
+            if (std::ranges::find(words, text) != words.end()) return "";
+            const std::vector<std::string_view> candidates(words.begin(), words.end());
+            return fmt::format("'{}' is none of {}{}", printable(text), all,
+                               did_you_mean(nearest_word(text, candidates)));
+          },
+          ""};
+}
+
 std::string period(double frequency_Hz) { return to_text(1.0 / frequency_Hz, Dimension::kTime); }
 
 }  // namespace
@@ -54,17 +66,6 @@ CLI::Validator no_folder() {
           ""};
 }
 
-CLI::Validator one_of(const std::vector<std::string>& words) {
-  const std::string all = fmt::format("{}", fmt::join(words, ", "));
-  return {[words, all](const std::string& text) -> std::string {
-            if (std::ranges::find(words, text) != words.end()) return "";
-            const std::vector<std::string_view> candidates(words.begin(), words.end());
-            return fmt::format("'{}' is none of {}{}", printable(text), all,
-                               did_you_mean(nearest_word(text, candidates)));
-          },
-          ""};
-}
-
 CLI::Validator within(double low, double high) {
   return {[=](const std::string& text) -> std::string {
             const auto number = number_in<double>(text);
@@ -81,6 +82,13 @@ CLI::Validator whole_within(std::int64_t low, std::int64_t high) {
             return fmt::format("'{}' is no whole number within {} .. {}", printable(text), low, high);
           },
           ""};
+}
+
+CLI::Option* add_choice(CLI::App& command, const char* flag, std::string& value, const std::vector<std::string>& words,
+                        const char* description) {
+  return command.add_option(flag, value, description)
+      ->type_name(fmt::format("{}", fmt::join(words, "|")))
+      ->check(one_of(words));
 }
 
 void add_core(CLI::App& command, int& core) {

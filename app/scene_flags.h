@@ -12,6 +12,7 @@
 
 namespace CLI {
 class App;
+class Option;
 class Validator;
 }  // namespace CLI
 
@@ -47,10 +48,13 @@ struct RateFlags {
 [[nodiscard]] CLI::Validator named();
 [[nodiscard]] CLI::Validator no_folder();
 
-/// Return checks that a text is one of these words, and that it is a number, or a whole number, within [low, high].
-[[nodiscard]] CLI::Validator one_of(const std::vector<std::string>& words);
+/// Return checks that a text is a number, or a whole number, within [low, high].
 [[nodiscard]] CLI::Validator within(double low, double high);
 [[nodiscard]] CLI::Validator whole_within(std::int64_t low, std::int64_t high);
+
+/// Adds a flag whose value is one of these words; help and completions name them.
+CLI::Option* add_choice(CLI::App& command, const char* flag, std::string& value, const std::vector<std::string>& words,
+                        const char* description);
 
 /// Adds --core.
 void add_core(CLI::App& command, int& core);

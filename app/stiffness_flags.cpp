@@ -16,11 +16,9 @@ void add_stiffness(CLI::App& app, StiffnessOptions& options) {
                    "When, in seconds, or with a unit, such as '500 ms'; default: the end of the scene")
       ->type_name("T")
       ->check(some_time());
-  command
-      ->add_option("--free", options.free,
-                   "What may act: muscles, whose excitations then stay, or the control law, which goes on")
-      ->capture_default_str()
-      ->check(one_of({"muscles", "control"}));
+  add_choice(*command, "--free", options.free, {"muscles", "control"},
+             "What may act: muscles, whose excitations then stay, or the control law, which goes on")
+      ->capture_default_str();
   command->add_flag_callback(
       "--no-probe", [&options] { options.probe = false; }, "Predicts alone");
   command->add_option("--json", options.json, "File for all figures")

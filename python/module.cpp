@@ -54,6 +54,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(translate);
   thenar::python::bind_interpreter();
   module.attr("__version__") = thenar::build_info::kVersion;
+  module.attr("__commit__") = thenar::build_info::kSource;
   thenar::python::bind_scene(module);
   thenar::python::bind_laws(module);
   thenar::python::bind_simulation(module);

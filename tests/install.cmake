@@ -51,6 +51,44 @@ foreach(file IN LISTS installed)
   endif()
 endforeach()
 
+# All programs are of one version, and of one commit.
+file(GLOB programs ${prefix}/bin/thenar*)
+try("the version" ${prefix}/bin/thenar --version)
+set(version "${said}")
+if(NOT version MATCHES "^thenar [0-9.]+\n  commit  ([0-9a-f]+(-dirty)?|unknown)\n  build   .*-march=${ARCH}\n  parts   ")
+  message(FATAL_ERROR "thenar --version says:\n${version}")
+endif()
+foreach(program IN LISTS programs)
+  try("the version" ${program} --version)
+  if(NOT said STREQUAL version)
+    message(FATAL_ERROR "${program} --version says:\n${said}and thenar:\n${version}")
+  endif()
+endforeach()
+if(NOT programs MATCHES "thenar-studies" OR NOT EXISTS ${prefix}/share/man/man1/thenar.1)
+  message(FATAL_ERROR "programs and manual page: ${programs}")
+endif()
+
+# Where there is no /proc, the programs find their scenes and one another: where this system lets anybody try.
+execute_process(COMMAND unshare --map-root-user --mount true RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)
+if(code EQUAL 0)
+  foreach(command "run minimal --time 0.05 --quiet" "hand leap")
+    try("${command}, without /proc" unshare --map-root-user --mount sh -c
+        "mount -t tmpfs none /proc && test ! -e /proc/self && PATH=${prefix}/bin:$PATH && cd ${WORK}/empty && thenar ${command}")
+  endforeach()
+endif()
+
+# A project outside the tree, without CMake.
+find_program(PKG_CONFIG pkg-config)
+if(PKG_CONFIG)
+  file(GLOB_RECURSE found ${prefix}/*/thenar.pc)
+  cmake_path(GET found PARENT_PATH folder)
+  set(ENV{PKG_CONFIG_PATH} ${folder})
+  try("flags by pkg-config" ${PKG_CONFIG} --cflags --libs thenar)
+  separate_arguments(flags UNIX_COMMAND "${said}")
+  try("build an example by pkg-config" ${COMPILER} -std=c++20 ${SOURCE}/examples/embed.cpp -o ${WORK}/embed ${flags})
+  try("run it" ${WORK}/embed ${prefix}/share/thenar/scenes/minimal.yaml)
+endif()
+
 # A project outside the tree.
 try("configure the examples" ${CMAKE_COMMAND} -G Ninja -S ${SOURCE}/examples -B ${WORK}/examples -D CMAKE_PREFIX_PATH=${prefix}
     -D CMAKE_CXX_COMPILER=${COMPILER})

@@ -10,16 +10,17 @@
 
 #include "app/window/admission.h"
 #include "app/window/message.h"
+#include "app/window_flags.h"
 
 namespace thenar::window {
 
 struct ServerSettings {
-  std::string address = "127.0.0.1";  ///< Numeric address.
-  std::uint16_t port = 8470;          ///< 0: any that is free.
-  std::string token;                  ///< Token that pages must show, can_be_token(); empty: a random one.
-  std::vector<HostName> also;         ///< Names by which pages reach it, beside its own.
-  std::filesystem::path page;         ///< The built page, one file.
-  std::filesystem::path recording;    ///< Served instead of a simulation; empty: live.
+  std::string address = app::kLoopback;  ///< Numeric address.
+  std::uint16_t port = 0;                ///< 0: any that is free.
+  std::string token;                     ///< Token that pages must show, can_be_token(); empty: a random one.
+  std::vector<HostName> also;            ///< Names by which pages reach it, beside its own.
+  std::filesystem::path page;            ///< The built page, one file.
+  std::filesystem::path recording;       ///< Served instead of a simulation; empty: live.
   double patience_s = 20.0;  ///< A header, a message to a page or its sign of life that takes longer has failed.
 };
 

@@ -9,7 +9,6 @@
 
 #include "engine/formats/build_info.h"
 #include "engine/results/run_events.h"
-#include "engine/results/source_id.h"
 #include "engine/results/warnings.h"
 #include "solvers/grasp_forces.h"
 

@@ -2,6 +2,7 @@
 #include "engine/scenes/shared_data.h"
 
 #include <fmt/format.h>
+#include <sys/auxv.h>
 
 #include <algorithm>
 #include <iterator>
@@ -80,8 +81,20 @@ std::vector<std::string> names_of_scenes() {
 
 fs::path shared_data() {
   if (!chosen_folder().empty()) return chosen_folder();
+  return running_program().parent_path().parent_path() / "share" / "thenar";
+}
+
+fs::path running_program(const fs::path& link) {
   std::error_code none;
-  return fs::read_symlink("/proc/self/exe", none).parent_path().parent_path() / "share" / "thenar";
+  fs::path program = fs::read_symlink(link, none);
+  // The name by which the system started it, from the folder in which it was: asked for at once, it still holds.
+  static const fs::path as_started = [] {
+    std::error_code unknown;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): an address, as the system gives it.
+    const auto* const name = reinterpret_cast<const char*>(getauxval(AT_EXECFN));
+    return name == nullptr ? fs::path() : fs::canonical(name, unknown);
+  }();
+  return program.empty() ? as_started : program;
 }
 
 std::vector<std::string> known_hands() {

@@ -8,8 +8,12 @@
 // The scenes and hands that come with a program.
 namespace thenar {
 
+/// Returns the file of the running program; empty if nothing tells it. Where `link` cannot be read, as without /proc,
+/// it is the one by whose name the system started the program.
+[[nodiscard]] std::filesystem::path running_program(const std::filesystem::path& link = "/proc/self/exe");
+
 /// Returns the folder of a program's data: scenes and hands in `scenes`, the window's page. It is share/thenar beside
-/// the folder of the running program, wherever both were installed; where there is no /proc, below the working folder.
+/// the folder of the running program, wherever both were installed.
 [[nodiscard]] std::filesystem::path shared_data();
 /// Sets this folder instead: for libraries that another program loads. Before any scene is read.
 void use_shared_data(std::filesystem::path folder);

@@ -21,6 +21,7 @@ from ._core import (
     Recording,
     Scene,
     Simulation,
+    __commit__,
     __version__,
     grasp,
     hands,

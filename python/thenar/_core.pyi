@@ -15,6 +15,7 @@ _Law = Optional[Callable[[Period], npt.ArrayLike]]
 _ForceLaw = Optional[Callable[[Period], Optional[npt.ArrayLike]]]
 
 __version__: str
+__commit__: str
 
 class Scene:
     """A scene: what holds what, and how.
