@@ -38,23 +38,6 @@ std::string installed() {
   return *found;
 }
 
-/// A folder that is removed with what is in it.
-struct TemporaryFolder {
-  fs::path path;
-
-  TemporaryFolder() {
-    std::string name = fs::temp_directory_path() / "thenar-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw FileError(name, "cannot be made");
-    path = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code none;
-    fs::remove_all(path, none);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-};
-
 std::vector<std::string> command_of(const std::string& browser, const fs::path& profile) {
   std::vector<std::string> command = {
       browser,
@@ -89,6 +72,23 @@ std::string from_base64(std::string text) {
 }  // namespace
 
 struct Browser::Impl {
+  /// A folder that is removed with what is in it.
+  struct TemporaryFolder {
+    fs::path path;
+
+    TemporaryFolder() {
+      std::string name = fs::temp_directory_path() / "thenar-XXXXXX";
+      if (mkdtemp(name.data()) == nullptr) throw FileError(name, "cannot be made");
+      path = name;
+    }
+    ~TemporaryFolder() {
+      std::error_code none;
+      fs::remove_all(path, none);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  };
+
   TemporaryFolder folder;
   std::string name = installed();
   TalkingProcess process{command_of(name, folder.path / "profile")};
