@@ -76,7 +76,7 @@ def _numbers(simulation: _core.Simulation, field: str) -> Array:
     return np.nan_to_num(numbers[:3] if numbers.shape == (4, 4) else numbers, nan=0.0)
 
 
-class GraspEnv(gymnasium.Env):  # type: ignore[misc, type-arg, unused-ignore]
+class GraspEnv(gymnasium.Env):  # type: ignore[misc]
     """A scene as an environment: an episode is a run of it, which ends when the object is lost.
 
     action_space: numbers from -1 to 1, what lies beyond being clipped. They act through one part of the controller,

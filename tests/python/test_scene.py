@@ -3,10 +3,17 @@
 import os
 import pathlib
 import pickle
+import subprocess
 import tempfile
 import time
 
-from support import box, np, thenar, unittest
+from support import PROGRAM, box, np, thenar, unittest
+
+
+class Build(unittest.TestCase):
+    def test_is_that_of_the_program(self):
+        said = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(said.splitlines()[:2], [f"thenar {thenar.__version__}", f"  commit  {thenar.__commit__}"])
 
 
 class Scenes(unittest.TestCase):

@@ -478,5 +478,6 @@ window.thenar = {
   hitObject: (x, y) => picture.hitObject(x, y)?.world.toArray() ?? null,
 };
 
+showWords();
 if (isLive) goLive();
 else openReplay().catch(fail);

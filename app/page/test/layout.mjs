@@ -277,7 +277,7 @@ test('found grasps fit, with all their figures', async () => {
 test('a replay fits', async () => {
   const recorded = join(folder, 'stiff.mcap');
   const run = (...args) => execFileSync(program, args, {cwd: folder, stdio: ['ignore', 'ignore', 'inherit']});
-  run('run', join(configs, 'box_stiff.yaml'), '--set', 'object.points=6000', '--time', '0.3 s', '--record', recorded);
+  run('run', join(configs, 'box_stiff.yaml'), '--set', 'object.points=6000', '--time', '0.6 s', '--record', recorded);
   run('export', recorded, '--html', join(folder, 'stiff.html'));
   await page.goto(pathToFileURL(join(folder, 'stiff.html')).href);
   await page.waitForFunction(() => window.thenar?.drawn > 0 && window.thenar.plots > 0);
