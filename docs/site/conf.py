@@ -31,6 +31,8 @@ breathe_projects = {"thenar": os.environ["THENAR_DOXYGEN"]}
 breathe_default_project = "thenar"
 breathe_default_members = ("members", "undoc-members")
 autodoc_member_order = "bysource"
+autodoc_type_aliases = {name: name.split(".")[-1] for name in ("Array", "Law", "npt.ArrayLike", "_core.Period", "_core.Scene")}
+default_role = "literal"  # In docstrings, as in Markdown.
 
 html_theme = "furo"
 html_static_path = ["style.css", "theme.js"]
@@ -91,6 +93,14 @@ def show_namespace(renderer, node):
     return renderer.render(namespace, renderer.context.create_child_context(namespace))
 
 
+def shorten_signature(app, what, name, object, options, signature: str | None, returned: str | None):
+    """The signature of a compiled function, with the names of the package in place of those behind it."""
+    def short(text: str | None) -> str | None:
+        text = text and re.sub(r"thenar::python::(\w+)Handle", r"\1", text).replace("thenar._core.", "")
+        return text and re.sub(r"^\(self: \w+(, )?", "(", text)
+    return short(signature), short(returned)
+
+
 def leave_names_of_others(app, doctree: nodes.document) -> None:
     """Makes text of the names in declarations that no header of ours declares: Sphinx takes long to look for each."""
     for node in list(doctree.findall(addnodes.pending_xref)):
@@ -124,6 +134,7 @@ def setup(app) -> dict:
     SphinxRenderer.visit_namespace = show_namespace
     app.add_source_parser(Source)
     app.add_search_language(Questions)
+    app.connect("autodoc-process-signature", shorten_signature)
     app.connect("source-read", add_what_is_below)
     app.connect("doctree-read", leave_names_of_others)
     app.connect("doctree-read", leave_out_of_search)
