@@ -31,7 +31,8 @@ breathe_projects = {"thenar": os.environ["THENAR_DOXYGEN"]}
 breathe_default_project = "thenar"
 breathe_default_members = ("members", "undoc-members")
 autodoc_member_order = "bysource"
-autodoc_type_aliases = {name: name.split(".")[-1] for name in ("Array", "Law", "npt.ArrayLike", "_core.Period", "_core.Scene")}
+TYPES = ("Array", "Law", "npt.ArrayLike", "_core.Period", "_core.Scene")
+autodoc_type_aliases = {name: name.split(".")[-1] for name in TYPES}
 default_role = "literal"  # In docstrings, as in Markdown.
 
 html_theme = "furo"
@@ -71,8 +72,8 @@ class Questions(SearchEnglish):
     lang = "questions"
     language_name = "Questions"
     stopwords = SearchEnglish.stopwords | set(
-        "about all am any can could do does from get give go has have how i me much must my need one our over own set should "
-        "so some tell than them use using want we what when where which who why would you your".split())
+        "about all am any can could do does from get give go has have how i me much must my need one our over own set "
+        "should so some tell than them use using want we what when where which who why would you your".split())
 
 
 class Source(RSTParser):
@@ -81,7 +82,9 @@ class Source(RSTParser):
 
     def parse(self, inputstring: str, document: nodes.document) -> None:
         name = os.path.relpath(document["source"], self.env.srcdir)
-        content = f".. doxygenfile:: {name}" if name in INSTALLED else f".. literalinclude:: /{name}\n   :language: {LANGUAGES[Path(name).suffix]}"
+        content = f".. doxygenfile:: {name}"
+        if name not in INSTALLED:
+            content = f".. literalinclude:: /{name}\n   :language: {LANGUAGES[Path(name).suffix]}"
         super().parse(f":orphan:\n\n{name}\n{'=' * len(name)}\n\n{content}\n", document)
 
 
