@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The documents as a site, which `./dev docs` builds: where it lies, and how it is installed. `thenar docs` finds it beside
 # the program's data, built or installed.
+include(GNUInstallDirs)
 set(site_folder ${PROJECT_BINARY_DIR}/share/doc/thenar/html)
 find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
 set(build_site ${CMAKE_COMMAND} -E env PYTHONPATH=${PROJECT_BINARY_DIR}/python

@@ -243,6 +243,9 @@ Raises SceneError with every fault, its file, line, column and key; FileError fo
           py::arg("changes"), R"(The scene with some values changed: {'object.mass': '150 g', 'contact.friction': 0.6}.
 
 Keys and units are those of the file; what has a unit is text. Raises as Scene() does.)")
+      // What never changes is its own copy. Gymnasium, for one, copies what its environments are made of.
+      .def("__copy__", [](const std::shared_ptr<SceneHandle>& self) { return self; })
+      .def("__deepcopy__", [](const std::shared_ptr<SceneHandle>& self, const py::dict&) { return self; })
       .def(
           "prepare", [](const SceneHandle& self) { (void)model_of(self); },
           R"(Makes the surfaces now, finds the grasp where the scene asks for one, and, for `model: auto`, which parts

@@ -31,6 +31,9 @@ breathe_projects = {"thenar": os.environ["THENAR_DOXYGEN"]}
 breathe_default_project = "thenar"
 breathe_default_members = ("members", "undoc-members")
 autodoc_member_order = "bysource"
+TYPES = ("Array", "Law", "npt.ArrayLike", "_core.Period", "_core.Scene")
+autodoc_type_aliases = {name: name.split(".")[-1] for name in TYPES}
+default_role = "literal"  # In docstrings, as in Markdown.
 
 html_theme = "furo"
 html_static_path = ["style.css", "theme.js"]
@@ -69,8 +72,8 @@ class Questions(SearchEnglish):
     lang = "questions"
     language_name = "Questions"
     stopwords = SearchEnglish.stopwords | set(
-        "about all am any can could do does from get give go has have how i me much must my need one our over own set should "
-        "so some tell than them use using want we what when where which who why would you your".split())
+        "about all am any can could do does from get give go has have how i me much must my need one our over own set "
+        "should so some tell than them use using want we what when where which who why would you your".split())
 
 
 class Source(RSTParser):
@@ -79,7 +82,9 @@ class Source(RSTParser):
 
     def parse(self, inputstring: str, document: nodes.document) -> None:
         name = os.path.relpath(document["source"], self.env.srcdir)
-        content = f".. doxygenfile:: {name}" if name in INSTALLED else f".. literalinclude:: /{name}\n   :language: {LANGUAGES[Path(name).suffix]}"
+        content = f".. doxygenfile:: {name}"
+        if name not in INSTALLED:
+            content = f".. literalinclude:: /{name}\n   :language: {LANGUAGES[Path(name).suffix]}"
         super().parse(f":orphan:\n\n{name}\n{'=' * len(name)}\n\n{content}\n", document)
 
 
@@ -89,6 +94,14 @@ def show_namespace(renderer, node):
     # Doxygen gathers here what stands above the namespace in all headers.
     namespace.compounddef.briefdescription = namespace.compounddef.detaileddescription = None
     return renderer.render(namespace, renderer.context.create_child_context(namespace))
+
+
+def shorten_signature(app, what, name, object, options, signature: str | None, returned: str | None):
+    """The signature of a compiled function, with the names of the package in place of those behind it."""
+    def short(text: str | None) -> str | None:
+        text = text and re.sub(r"thenar::python::(\w+)Handle", r"\1", text).replace("thenar._core.", "")
+        return text and re.sub(r"^\(self: \w+(, )?", "(", text)
+    return short(signature), short(returned)
 
 
 def leave_names_of_others(app, doctree: nodes.document) -> None:
@@ -124,6 +137,7 @@ def setup(app) -> dict:
     SphinxRenderer.visit_namespace = show_namespace
     app.add_source_parser(Source)
     app.add_search_language(Questions)
+    app.connect("autodoc-process-signature", shorten_signature)
     app.connect("source-read", add_what_is_below)
     app.connect("doctree-read", leave_names_of_others)
     app.connect("doctree-read", leave_out_of_search)

@@ -24,7 +24,8 @@ var Scorer = {
 
   score: ([page, title, anchor, description, points]) => {
     if (Scorer.headings.size === 0) Scorer.readHeadings();
-    let more = page.startsWith('docs/guide/') ? 40 : /^docs\/(reference|site)\//.test(page) ? 35 : page.startsWith('docs/') ? 10 : 0;
+    const kinds = [[/^docs\/guide\//, 40], [/^docs\/(reference|site)\//, 35], [/^docs\//, 10], [/^/, 0]];
+    let more = kinds.find(([kind]) => kind.test(page))[1];
     if (description !== null && /[._]/.test(Scorer.question())) more += 60;  // A declaration, and a name that is asked for.
     return points + more + 20 * Scorer.share(title.toLowerCase()) + 20 * Scorer.share(Scorer.headings.get(page) || '');
   },

@@ -35,6 +35,8 @@ class Scene:
 
         Keys and units are those of the file; what has a unit is text. Raises as Scene() does.
         """
+    def __copy__(self) -> Scene: ...
+    def __deepcopy__(self, memo: dict[Any, Any], /) -> Scene: ...
     def prepare(self) -> None:
         """Makes the surfaces now, finds the grasp where the scene asks for one, and, for `model: auto`, which parts
         it needs: the first run would do it.

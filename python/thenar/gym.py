@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 try:
     import gymnasium
-except ImportError as error:
-    raise ImportError("thenar.gym needs Gymnasium, which is not installed: pip install gymnasium") from error
+except ImportError as _missing:
+    raise ImportError("thenar.gym needs Gymnasium, which is not installed: pip install gymnasium") from _missing
 
 from . import _core
 from .result import Array

@@ -19,7 +19,7 @@ from pathlib import Path
 PROJECT = Path(__file__).resolve().parents[2]
 # The first ones make files that others use.
 FIRST = ["docs/guide/objects.md", "docs/guide/hands.md"]
-LIMIT_S = 120
+LIMIT_S = 600  # Nothing takes a tenth of it on an idle machine.
 
 # Why a command is not run; a name covers all that begin with it. Each must be in a document.
 NOT_RUN = {
@@ -85,8 +85,8 @@ def matching(table: dict, command: str) -> str | None:
 def end_of(command: str, folder: Path) -> tuple[int | str, str]:
     """The exit code of a command in a folder, and what it printed."""
     try:
-        result = subprocess.run(["sh", "-c", command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                timeout=LIMIT_S)
+        result = subprocess.run(["sh", "-c", command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         return f"no end in {LIMIT_S} s", ""
     return result.returncode, result.stdout
@@ -114,11 +114,13 @@ def run_all(program: Path) -> list[str]:
                 print(f"{took_s:6.1f} s  {document.name}: {command.splitlines()[0]} {shorter}", flush=True)
                 lacked = MAY_LACK.get(matching(MAY_LACK, command))
                 if ended != code and not (ended == 2 and lacked and lacked in text):
-                    faults.append(f"{document.relative_to(PROJECT)}: {command} {shorter}\nended with {ended}, not {code}:\n{text[-2000:]}")
+                    faults.append(f"{document.relative_to(PROJECT)}: {command} {shorter}\n"
+                                  f"ended with {ended}, not {code}:\n{text[-2000:]}")
     for name in {name for table in TABLES for name in table} - used:
         faults.append(f"no document has the command: {name}")
-    faults += [f"no file {test} tests {name}" for name, reason in NOT_RUN.items() for test in re.findall(r"tests/\S+", reason)
-               if not (PROJECT / test).is_file()]
+    for name, reason in NOT_RUN.items():
+        faults += [f"no file {test} tests {name}" for test in re.findall(r"tests/\S+", reason)
+                   if not (PROJECT / test).is_file()]
     if ran < 20:
         faults.append(f"only {ran} commands were found")
     return faults
@@ -175,8 +177,8 @@ def check_names(program: Path) -> list[str]:
                     faults.append(f"{where}: {tool} has no command '{command}'")
                 own = helps.get(command, "") + (dev if tool == "./dev" else "")
                 if page in documents():
-                    faults += [f"{where}: {tool} {command} has no {flag}" for flag in re.findall(r"(?<= )--[a-z][a-z-]+", code)
-                               if not re.search(rf"{flag}\b", own)]
+                    faults += [f"{where}: {tool} {command} has no {flag}"
+                               for flag in re.findall(r"(?<= )--[a-z][a-z-]+", code) if not re.search(rf"{flag}\b", own)]
             elif page in documents() and (found := re.match(r"--[a-z][a-z-]+", code)):
                 checked += 1
                 if not re.search(rf"{found.group()}\b", flags):

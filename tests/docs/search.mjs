@@ -62,8 +62,8 @@ function element() {
 const later = [];
 const page = {
   document: {
-    readyState: 'loading', addEventListener() {}, createElement: element, getElementById: () => ({getAttribute: () => '', removeChild() {}}),
-    documentElement: element(), querySelector: () => null,
+    readyState: 'loading', addEventListener() {}, createElement: element, documentElement: element(),
+    querySelector: () => null, getElementById: () => ({getAttribute: () => '', removeChild() {}}),
   },
   localStorage: {setItem() {}, getItem: () => null, removeItem() {}},
   location: {search: '', href: ''},

@@ -71,6 +71,7 @@ class Interface(unittest.TestCase):
             made.reset(seed=1)
             made.step(made.action_space.sample())
             self.assertTrue(made.render().startswith("0.020 s: "))
+            self.assertEqual(made.spec.id, "thenar/Grasp-v0")
             made.close()
         # Forces have no bounds, and an environment that was not made by make() has no spec.
         said = [str(one.message) for one in said if "infinity" not in str(one.message)

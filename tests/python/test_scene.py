@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes: names, changes, and every fault with its place."""
+import copy
 import os
 import pathlib
 import pickle
@@ -31,6 +32,11 @@ class Scenes(unittest.TestCase):
         self.assertEqual(heavier.friction, 0.7)
         self.assertNotEqual(scene.mass_kg, 0.15)
         self.assertIn("object.mass=150 g", heavier.changes)
+
+    def test_is_its_own_copy(self):
+        scene = box()
+        self.assertIs(copy.copy(scene), scene)
+        self.assertIs(copy.deepcopy({"scene": scene})["scene"], scene)
 
     def test_set_after_a_start_is_the_same_scene(self):
         """What a scene has made serves a changed one, and makes no difference to it."""
