@@ -27,6 +27,7 @@ double lowest_m(const TouchingSolid& solid, const Vector3d& up) {
   const Eigen::Quaterniond level = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ());
   const auto least_gap_m = [&](double height_m, double band_m) {
     std::vector<SolidContact> contacts;
+    contacts.reserve(most_contacts(solid, HalfSpace{}));
     find_contacts(pair, Eigen::Translation3d(height_m * Vector3d::UnitZ()) * level, band_m, contacts);
     double least_m = band_m;
     for (const SolidContact& contact : contacts) least_m = std::min(least_m, contact.gap_m);
