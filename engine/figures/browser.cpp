@@ -38,23 +38,6 @@ std::string installed() {
   return *found;
 }
 
-/// A folder that is removed with what is in it.
-struct TemporaryFolder {
-  fs::path path;
-
-  TemporaryFolder() {
-    std::string name = fs::temp_directory_path() / "thenar-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw FileError(name, "cannot be made");
-    path = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code none;
-    fs::remove_all(path, none);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-};
-
 std::vector<std::string> command_of(const std::string& browser, const fs::path& profile) {
   std::vector<std::string> command = {
       browser,
@@ -72,7 +55,7 @@ std::vector<std::string> command_of(const std::string& browser, const fs::path& 
       "--use-angle=swiftshader",  // The same pixels with any graphics card, and with none.
       "--enable-unsafe-swiftshader"};
   if (geteuid() == 0) command.emplace_back("--no-sandbox");  // Which it refuses to have as root.
-  command.emplace_back("about:blank");
+  command.emplace_back("--no-startup-window");
   return command;
 }
 
@@ -89,6 +72,23 @@ std::string from_base64(std::string text) {
 }  // namespace
 
 struct Browser::Impl {
+  /// A folder that is removed with what is in it.
+  struct TemporaryFolder {
+    fs::path path;
+
+    TemporaryFolder() {
+      std::string name = fs::temp_directory_path() / "thenar-XXXXXX";
+      if (mkdtemp(name.data()) == nullptr) throw FileError(name, "cannot be made");
+      path = name;
+    }
+    ~TemporaryFolder() {
+      std::error_code none;
+      fs::remove_all(path, none);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  };
+
   TemporaryFolder folder;
   std::string name = installed();
   TalkingProcess process{command_of(name, folder.path / "profile")};
@@ -116,10 +116,7 @@ struct Browser::Impl {
 Browser::Browser(const std::string& html, int width, int height) : impl_(std::make_unique<Impl>()) {
   const fs::path page = impl_->folder.path / "page.html";
   write_file(page, html);
-  std::string target;
-  for (const json& one : impl_->ask("Target.getTargets", json::object())["targetInfos"]) {
-    if (one["type"] == "page") target = one["targetId"];
-  }
+  const json target = impl_->ask("Target.createTarget", {{"url", "about:blank"}})["targetId"];
   impl_->session = impl_->ask("Target.attachToTarget", {{"targetId", target}, {"flatten", true}})["sessionId"];
   impl_->ask("Emulation.setDeviceMetricsOverride",
              {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
