@@ -55,6 +55,7 @@ std::vector<std::string> command_of(const std::string& browser, const fs::path& 
       "--use-angle=swiftshader",  // The same pixels with any graphics card, and with none.
       "--enable-unsafe-swiftshader"};
   if (geteuid() == 0) command.emplace_back("--no-sandbox");  // Which it refuses to have as root.
+  command.emplace_back("--no-startup-window");
   return command;
 }
 
@@ -115,7 +116,6 @@ struct Browser::Impl {
 Browser::Browser(const std::string& html, int width, int height) : impl_(std::make_unique<Impl>()) {
   const fs::path page = impl_->folder.path / "page.html";
   write_file(page, html);
-  // The page that it starts with may not be there yet.
   const json target = impl_->ask("Target.createTarget", {{"url", "about:blank"}})["targetId"];
   impl_->session = impl_->ask("Target.attachToTarget", {{"targetId", target}, {"flatten", true}})["sessionId"];
   impl_->ask("Emulation.setDeviceMetricsOverride",
