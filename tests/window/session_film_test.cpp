@@ -45,6 +45,9 @@ TEST(SessionFilm, APageBeginsAndEndsARecordingOfWhatIsBetween) {
   ASSERT_TRUE(shown.passes(0.3));
   EXPECT_TRUE(shown.status()["recording"].is_null());
   EXPECT_NE(shown.receive(StopRecording{}), "");
+  // So slowly that a busy machine, too, has the time to write every state.
+  shown.receive(Speed{0.2});
+  ASSERT_TRUE(shown.comes([&] { return shown.status()["speed"] == 0.2; }));
 
   const double before_s = shown.value("time_s");
   const ordered_json news = begun(shown);
@@ -57,7 +60,7 @@ TEST(SessionFilm, APageBeginsAndEndsARecordingOfWhatIsBetween) {
   ASSERT_TRUE(shown.passes(news["begun_s"].get<double>() + 0.6));
   const double last_s = shown.value("time_s");
   EXPECT_TRUE(ended(shown)["note"].is_null()) << shown.status()["recording"];
-  ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.3));
+  ASSERT_TRUE(shown.passes(shown.value("time_s") + 0.1));
   const double after_s = shown.value("time_s");
 
   const RecordedRun run = read_recording(file);
@@ -73,7 +76,7 @@ TEST(SessionFilm, APageBeginsAndEndsARecordingOfWhatIsBetween) {
     EXPECT_LE(times_s[i] - times_s[i - 1], period_s + 1e-9);
   }
   EXPECT_GE(times_s[times_s.size() - 1], last_s - period_s - 1e-9);
-  EXPECT_LT(times_s[times_s.size() - 1], after_s - 0.2);
+  EXPECT_LT(times_s[times_s.size() - 1], after_s - 0.05);
   int scenes = 0, statuses = 0;
   for (const KeptMessage& message : messages_in(file).messages) {
     scenes += message.topic == "/scene";
@@ -132,7 +135,7 @@ TEST(SessionFilm, SaysWhyItCannotRecord) {
   ASSERT_TRUE(shown.comes([&] { return shown.status()["recording"].is_object(); }));
   const ordered_json news = shown.status()["recording"];
   EXPECT_EQ(news["running"], false);
-  EXPECT_EQ(news["note"], "cannot be written: there is no folder " + nowhere.string());
+  EXPECT_EQ(news["note"], "cannot be written: No such file or directory");
   EXPECT_TRUE(shown.passes(shown.value("time_s") + 0.1)) << "the grasp goes on";
   // It can be tried again.
   std::filesystem::create_directory(nowhere);

@@ -380,20 +380,21 @@ test('a recording is begun and ended in the page, and has the states between', a
     await record.click();
     await until((x) => window.thenar.status.recording?.running === x, running);
   };
+  await setSpeed('3', 0.2); // a busy machine, too, has the time to write every state
   const before_s = await number('time_s');
   await toggle(true);
   const {file, begun_s} = await recording();
   assert.equal(dirname(file), folder);
   assert.equal(await record.getAttribute('aria-pressed'), 'true');
   assert.equal((await events())[0], `recording into ${file}`);
-  await untilTime(begun_s + 1);
+  await untilTime(begun_s + 0.5);
   const seen_s = await number('time_s');
   await toggle(false);
   assert.equal((await recording()).note, null, 'nothing is missing in it');
   assert.equal((await events())[0], `recorded into ${file}`);
   assert.equal(await record.getAttribute('aria-pressed'), 'false');
-  await untilTime((await number('time_s')) + 0.3);
-  const end_s = (await number('time_s')) - 0.3;
+  const ended_s = await number('time_s');
+  await untilTime(ended_s + 0.2);
 
   const bytes = await readFile(file);
   const {frames, whole} = openRecording(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
@@ -403,8 +404,9 @@ test('a recording is begun and ended in the page, and has the states between', a
   const kPeriod_s = 0.02 + 1e-9;
   assert.ok(begun_s >= before_s && times_s[0] >= begun_s && times_s[0] <= begun_s + kPeriod_s, `${times_s[0]} s, begun at ${begun_s} s`);
   assert.ok(times_s.every((t, i) => i === 0 || (t >= times_s[i - 1] && t <= times_s[i - 1] + kPeriod_s)), 'a state each 20 ms');
-  assert.ok(times_s.at(-1) >= seen_s - kPeriod_s && times_s.at(-1) <= end_s, `${times_s.at(-1)} s after ${seen_s} s, before ${end_s} s`);
+  assert.ok(times_s.at(-1) >= seen_s - kPeriod_s && times_s.at(-1) <= ended_s + 0.1, `${times_s.at(-1)} s after ${seen_s} s, and not long after ${ended_s} s`);
   assert.equal(frames.at(-1).status.recording, undefined);
+  await setSpeed('1', 1);
   assert.deepEqual(browser.problems, []);
 });
 
