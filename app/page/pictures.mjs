@@ -46,8 +46,10 @@ async function windowPicture() {
       await page.mouse.move(box.x + x, box.y + y);
       await page.mouse.down();
       await page.mouse.move(box.x + x + 60, box.y + y - 40, {steps: 20});
-      await page.waitForFunction(() => thenar.state.pull_force_N[0] ** 2 > 0);
-      await page.waitForTimeout(3000); // until the plots show it
+      await page.waitForFunction(() => {
+        const times_s = thenar.plotted();
+        return thenar.state.pull_force_N[0] ** 2 > 0 && times_s.at(-1) - times_s[0] > 4; // the plots have something to show
+      });
       await page.screenshot({path: join(docs, 'window.png')});
       await page.mouse.up();
     });
