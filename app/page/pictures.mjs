@@ -97,7 +97,7 @@ const pictures = {
   window: windowPicture,
   stiff: stiffPicture,
   grip_lift: () => figure('grip_lift', 'task.svg', join(docs, 'guide', 'grip_lift.png')),
-  film: () => exported(record('grip_lift'), '--film', join(docs, 'film.webp'), '--speed', '0.5', '--fps', '12', '--size', '1080x700'),
+  film: () => exported(record('pick_and_place'), '--film', join(docs, 'film.webp'), '--fps', '10', '--size', '960x620'),
 };
 
 try {
