@@ -422,8 +422,8 @@ bool Session::Impl::see(const ContactSample& sample, const ControlSample& contro
   last_tick = tick;
   film.see(sample.after.tick, tick, control.muscle_forces_N, telemetry);
   if (!sample.shown) return true;
-  // A picture taken since stands for a tick that is yet to come here, and is kept for it: on a busy machine records come
-  // so late that there would always be a newer one.
+  // A picture taken since stands for a tick that is yet to come here, and is kept for it: on a busy machine records
+  // come so late that there would always be a newer one.
   if (live->pictures.current().snapshot.tick < sample.after.tick) live->pictures.take();
   if (const Picture& picture = live->pictures.current(); picture.snapshot.tick == sample.after.tick) {
     show(picture, tick, control.muscle_forces_N);
