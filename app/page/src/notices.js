@@ -41,7 +41,7 @@ export function noticesOf({failure, isLost, status, values}) {
 export function restOf({status, values, phases}) {
   const outcome = status?.outcome ?? '';
   const phase = phases && values && !kGrave.has(outcome) ? phaseWords(phases, values.phase[0]) : '';
-  return {kind: kGrave.has(outcome) ? 'over' : phase ? 'note' : 'calm', text: phase || outcome};
+  return {kind: kGrave.has(outcome) ? 'over' : phase ? 'note' : outcome ? 'calm' : 'none', text: phase || outcome};
 }
 
 export class Notices {

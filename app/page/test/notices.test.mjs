@@ -42,7 +42,7 @@ test('the line tells the phase of a task, or the outcome, when there is nothing 
   assert.equal(restOf({status: {outcome: 'held'}, values: {...values, phase: [3]}, phases}).text, 'the task is done');
   assert.deepEqual(restOf({status: {outcome: 'held'}, values}), {kind: 'calm', text: 'held'});
   assert.deepEqual(restOf({status: lost, values, phases}), {kind: 'over', text: 'lost'});
-  assert.equal(restOf({}).text, '');
+  assert.deepEqual(restOf({}), {kind: 'none', text: ''});
 });
 
 test('until the first picture is drawn the page says what it waits for, each step in other words', () => {
