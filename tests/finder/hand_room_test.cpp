@@ -34,7 +34,9 @@ struct Posed {
 };
 
 Environment plane_at(double height_m) {
-  EnvironmentBody plane{.name = "table", .shape = HalfSpace{}};
+  EnvironmentBody plane;
+  plane.name = "table";
+  plane.shape = HalfSpace{};
   plane.X_WE.translation().z() = height_m;
   return {.bodies = {plane}, .compliance_m_per_N = 1e-7};
 }

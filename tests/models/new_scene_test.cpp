@@ -60,7 +60,7 @@ std::filesystem::path turned(const Profile& profile, int sides = kSides) {
 
 /// Writes a scene for a mesh in mm, runs what it holds for half a second, and expects nothing to be wrong with it.
 void expect_no_warnings(const std::filesystem::path& mesh, double mass_kg) {
-  const std::filesystem::path file = scratch() / "new.yaml";
+  const std::filesystem::path file = mesh.parent_path() / "new.yaml";
   (void)write_new_scene(file, {.object = mesh, .unit_m = 1e-3, .mass_kg = mass_kg});
   const Model model = build_model(load_scene(file, {"time.duration=0.5 s"}));
   for (const std::string& warning : warnings(model)) ADD_FAILURE() << "before the run: " << warning;

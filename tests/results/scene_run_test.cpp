@@ -11,7 +11,6 @@
 
 #include "engine/models/build_model.h"
 #include "tests/support/scenes.h"
-#include "tests/support/three_fingers.h"
 
 namespace thenar::scene_run_test {
 namespace {
@@ -51,7 +50,7 @@ TEST(Monolithic, PhysicsDoesNotDependOnTheAxes) {
       ASSERT_LE((R * a.X_WO.translation() - b.X_WO.translation()).norm(), 1e-9);
       ASSERT_LE((R * a.X_WO.linear() - b.X_WO.linear()).norm(), 1e-9);
       ASSERT_LE((a.q - b.q).norm(), 1e-9);
-      for (int k = 0; k < kFingers; ++k) ASSERT_LE((R * a.load[k].force_N - b.load[k].force_N).norm(), 1e-9);
+      for (int k = 0; k < std::ssize(a.load); ++k) ASSERT_LE((R * a.load[k].force_N - b.load[k].force_N).norm(), 1e-9);
     }
     EXPECT_GT((straight.state.X_WO.translation() - scene.object.X_WO.translation()).norm(), 5e-3);
     EXPECT_GT(straight.state.load[0].force_N.norm(), 0.5);
@@ -129,7 +128,7 @@ std::vector<double> numbers(const Recording& recording, const State& state) {
   for (const TickRecord& tick : recording.ticks) {
     append(tick.position_m, all);
     append(tick.target_m, all);
-    for (int k = 0; k < kFingers; ++k) {
+    for (std::size_t k = 0; k < tick.force.size(); ++k) {
       for (const NormalTangential& force : {tick.force[k], tick.force_desired[k]}) {
         all.insert(all.end(), {force.normal_N, force.tangential_N});
       }
