@@ -288,9 +288,9 @@ class Readme(unittest.TestCase):
         ours, theirs = self.row("the box creeps, µm/s")
         self.assertIn(f"{creep['Thenar', 'rigid tips']};", ours)
         self.assertIn(f"pulps {creep['Thenar', 'pulps']}", ours)
-        self.assertIn(creep["MuJoCo now, WebAssembly", "default"].replace("lost", "lost after"), theirs)
-        self.assertIn(f"advises {creep['MuJoCo now, WebAssembly', 'manual: elliptic, impratio 10']},", theirs)
-        self.assertIn(f"noslip {creep['MuJoCo now, WebAssembly', 'manual, and noslip 3']};", theirs)
+        self.assertIn("default: " + creep["MuJoCo now, WebAssembly", "default"].replace("lost", "lost after"), theirs)
+        self.assertIn(f"advice: {creep['MuJoCo now, WebAssembly', 'manual: elliptic, impratio 10']};", theirs)
+        self.assertIn(f"noslip: {creep['MuJoCo now, WebAssembly', 'manual, and noslip 3']};", theirs)
         self.assertLess(float(creep["MuJoCo now, WebAssembly", "to the last digit"]), 1e-9)  # It says 0.
 
     def test_the_comparison_has_the_measured_friction(self):
@@ -302,7 +302,7 @@ class Readme(unittest.TestCase):
         time = {key: row["us"] for key, row in self.measured("Speed").items()}
         ours, theirs = self.row("a step of it")
         self.assertIn(f"{time['Thenar', 'rigid tips']} µs; pulps {time['Thenar', 'pulps']} µs", ours)
-        self.assertIn(f"{time['MuJoCo', 'default']} µs; with six settings {time['MuJoCo', 'to the last digit']} µs", theirs)
+        self.assertIn(f"{time['MuJoCo', 'default']} µs; six settings: {time['MuJoCo', 'to the last digit']} µs", theirs)
 
 
 class Reader(html.parser.HTMLParser):
