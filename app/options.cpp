@@ -40,6 +40,12 @@ void add_results(CLI::App& command, Options& options, const char* results) {
   command.add_flag("--quiet", options.quiet, "Prints nothing but errors (and JSON, if asked for)");
 }
 
+void add_time(CLI::App& command, SceneFlags& flags) {
+  command.add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
+      ->type_name("T")
+      ->check(some_time());
+}
+
 /// The flags of two loops, whoever runs them.
 void add_loops(CLI::App& command, SceneFlags& flags) {
   add_rates(command, flags.rates, true);
@@ -135,7 +141,7 @@ void add_solve(CLI::App& app, SceneFlags& flags, Options& options) {
 }
 
 /// The command that runs a scene many times.
-void add_sweep(CLI::App& app, Options& options) {
+void add_sweep(CLI::App& app, SceneFlags& flags, Options& options) {
   CLI::App* const command = app.add_subcommand(
       "sweep", "Runs all combinations of what varies in a scene, one a core, and makes one table of them");
   add_scene(*command, options.scene, options.overrides);
@@ -152,6 +158,7 @@ void add_sweep(CLI::App& app, Options& options) {
       ->required()
       ->type_name("DIR")
       ->check(named());
+  add_time(*command, flags);
   command->add_option("--jobs", options.jobs, "Rows at a time; default: one a core, and under mpirun one a process")
       ->type_name("N")
       ->check(whole_within(1, 1024));
@@ -288,9 +295,7 @@ void add_run(CLI::App& app, SceneFlags& flags, Options& options) {
   add_results(*run, options, "summary.json, signals.csv and figures");
   run->add_flag_callback(
       "--no-figures", [&options] { options.figures = false; }, "Draws no figures into the folder of --out");
-  run->add_option("--time", flags.time, "Simulated time in seconds, or with a unit, such as '500 ms'")
-      ->type_name("T")
-      ->check(some_time());
+  add_time(*run, flags);
   CLI::Option* const realtime = run->add_flag_callback(
       "--realtime", [&] { options.runner = Runner::kRealtime; }, "Runs it on two threads, in real time");
   CLI::Option* const lockstep = run->add_flag_callback(
@@ -367,7 +372,7 @@ void describe(CLI::App& app, SceneFlags& flags, Options& options) {
   add_check(app, options);
   add_hand(app, options.hand);
   add_grasp(app, options);
-  add_sweep(app, options);
+  add_sweep(app, flags, options);
   add_stiffness(app, options.stiffness);
   add_insertion(app, options);
   add_export(app, options.exported);

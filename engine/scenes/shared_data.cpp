@@ -45,12 +45,13 @@ std::string first_sentence(std::string_view text) {
   return sentence;
 }
 
-/// The text itself where it can be no name or there is such a file, else the known scene of this name; empty: there is
-/// neither.
+/// The text itself where it can be no name or there is such a file, else the known scene of this name, also as the guides
+/// write it, configs/NAME.yaml; empty: there is neither.
 fs::path scene_called(const std::string& text) {
   std::error_code none;
   const fs::path file = text;
-  const bool may_be_known = !file.has_parent_path() && (!file.has_extension() || file.extension() == ".yaml");
+  const bool is_name = !file.has_parent_path() || file.parent_path() == "configs";
+  const bool may_be_known = is_name && (!file.has_extension() || file.extension() == ".yaml");
   if (!may_be_known || fs::exists(file, none)) return file;
   const fs::path known = scene_folder() / (file.stem().string() + ".yaml");
   return fs::exists(known, none) ? known : fs::path();

@@ -21,9 +21,8 @@ using namespace sweep_runs;
 // `run` and `sweep` say the same of the same scene, in the same words.
 TEST(SweepProgram, JudgesAsRunDoes) {
   const fs::path folder = scratch();
-  const std::string scene = config("box_grasp.yaml"), changes =
-                                                          " --set object.points=2000 --set contact.level=2 --set "
-                                                          "'time.duration=0.9 s'";
+  const std::string scene = config("box_grasp.yaml"),
+                    changes = " --set object.points=2000 --set contact.level=2 --time 0.9s";
   const std::vector<std::string> frictions{"0.8", "0.3", "0.2"};
   const ProgramResult swept = thenar_program(
       "sweep " + scene + changes + " --vary contact.friction=0.8,0.3,0.2 --jobs 1 --out " + (folder / "rows").string());

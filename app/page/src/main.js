@@ -355,6 +355,8 @@ function toggleSettings() {
 showTips(document);
 showHelp(byId('help'));
 byId('tools').addEventListener('click', () => byId('tools').hidePopover()); // where it is a menu, one of it was chosen
+// A menu of a narrow window stands in the bar of a wide one.
+matchMedia('(max-width: 560px)').addEventListener('change', () => document.querySelectorAll(':popover-open').forEach((menu) => menu.hidePopover()));
 
 const {classList: shownParts} = document.querySelector('main');
 const press = (id, pressed) => byId(id).setAttribute('aria-pressed', String(pressed));
