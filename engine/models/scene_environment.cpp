@@ -16,19 +16,32 @@
 namespace thenar {
 
 using Eigen::Isometry3d;
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
+
+/// Returns axes of which z is `up` (unit): x is the object's x made level, or its y where that is upright.
+Matrix3d level_axes(const Vector3d& up) {
+  const Vector3d ahead = std::abs(up.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
+  Matrix3d axes;
+  axes.col(2) = up;
+  axes.col(0) = (ahead - ahead.dot(up) * up).normalized();
+  axes.col(1) = up.cross(Vector3d(axes.col(0)));
+  return axes;
+}
 
 /// Returns the height of a solid over the plane through its origin across `up` (unit): that of its lowest point.
 double lowest_m(const TouchingSolid& solid, const Vector3d& up) {
   constexpr double kAbove_m = 0.1e-3, kBand_m = 1e-3;
   const SolidPair pair(solid, HalfSpace{});
-  const Eigen::Quaterniond level = Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ());
+  Isometry3d level = Isometry3d::Identity();
+  level.linear() = level_axes(up).transpose();
   const auto least_gap_m = [&](double height_m, double band_m) {
     std::vector<SolidContact> contacts;
     contacts.reserve(most_contacts(solid, HalfSpace{}));
-    find_contacts(pair, Eigen::Translation3d(height_m * Vector3d::UnitZ()) * level, band_m, contacts);
+    level.translation().z() = height_m;
+    find_contacts(pair, level, band_m, contacts);
     double least_m = band_m;
     for (const SolidContact& contact : contacts) least_m = std::min(least_m, contact.gap_m);
     return least_m;
@@ -62,12 +75,8 @@ void stand_object(Scene& scene, const TouchingSolid& object) {
   for (EnvironmentBody& body : environment.bodies) {
     if (!body.under_gap_m) continue;
     const Vector3d up = -gravity_O.normalized(), centre = scene.object.centre_of_mass_m;
-    // The object's x, made level; of an x that is upright its y.
-    const Vector3d ahead = std::abs(up.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
     Isometry3d X_OE = Isometry3d::Identity();
-    X_OE.linear().col(2) = up;
-    X_OE.linear().col(0) = (ahead - ahead.dot(up) * up).normalized();
-    X_OE.linear().col(1) = up.cross(Vector3d(X_OE.linear().col(0)));
+    X_OE.linear() = level_axes(up);
     const double height_m = lowest_m(object, up) - *body.under_gap_m - top_m(body.shape);
     X_OE.translation() = centre + (height_m - centre.dot(up)) * up;
     body.X_WE = environment.in_object_frame ? X_OE : X_WO * X_OE;

@@ -45,8 +45,8 @@ std::string first_sentence(std::string_view text) {
   return sentence;
 }
 
-/// The text itself where it can be no name or there is such a file, else the known scene of this name, also as the guides
-/// write it, configs/NAME.yaml; empty: there is neither.
+/// The text itself where it can be no name or there is such a file, else the known scene of this name, also as the
+/// guides write it, configs/NAME.yaml; empty: there is neither.
 fs::path scene_called(const std::string& text) {
   std::error_code none;
   const fs::path file = text;
