@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report says what its parts measured: report_test.py Analysis, and report_test.py Page, which ends with 77 where
+"""The report says what its parts measured: report_test.py Analysis, report_test.py Readme, and report_test.py Page, which ends with 77 where
 gnuplot is missing."""
 
 import datetime
