@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report says what its parts measured: report_test.py Analysis, report_test.py Readme, and report_test.py Page, which ends with 77 where
-gnuplot is missing."""
+"""The report says what its parts measured, and the README what the report says: report_test.py Analysis, Readme, or Page,
+which ends with 77 where gnuplot is missing."""
 
 import datetime
 import html.parser
