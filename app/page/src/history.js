@@ -2,7 +2,7 @@
 // What plots over time remember: the least and the largest value of each span of time, in so many spans that a plot
 // shows them all. So a spike is kept, and neither memory nor drawing grow with the time that is looked at.
 
-export const kSpans = 300; // at most, but for those that one more value begins
+export const kSpans = 300; // at most, but for one before the plot and those that one more value begins
 
 /** A span: [begin_s, end_s], of each signal its lowest and highest value (NaN: none) and whether the lowest came first. */
 function spanOf(time_s, values) {
@@ -51,8 +51,9 @@ export class History {
     // A jot less, so that values at every 10 ms fill spans of 10 ms with one each.
     if (last && this.#spans.length > 0 && time_s - last.begin_s < this.#span_s * (1 - 1e-9)) join(last, one);
     else this.#spans.push(one);
-    while (this.#spans[0].end_s < time_s - this.seconds) this.#spans.shift();
-    if (this.#spans.length > kSpans + 1) this.#halve();
+    // One from before stays, from which the line comes into the plot: values may be rarer than it is long.
+    while (this.#spans.length > 1 && this.#spans[1].end_s < time_s - this.seconds) this.#spans.shift();
+    if (this.#spans.length > kSpans + 2) this.#halve();
   }
 
   /** Two spans become one. */
