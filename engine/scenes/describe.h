@@ -51,6 +51,8 @@ void describe_direction(Visitor& v, const KeyRow& row, std::optional<Eigen::Vect
 /// A rotation: a matrix, or a map with an axis and an angle, with angles about three axes, or with a quaternion.
 void describe_rotation(Visitor& v, const KeyRow& row, Eigen::Matrix3d& rotation);
 void describe_rotation(Visitor& v, const KeyRow& row, std::optional<Eigen::Matrix3d>& rotation);
+/// The pose of a body by two keys, as their rows tell: position, and a rotation in any of its forms.
+void describe_pose(Visitor& v, const KeyRow& position, const KeyRow& rotation, Eigen::Isometry3d& X);
 
 /// A hand's file as a scene names it: beside the scene, or one that comes with the program.
 [[nodiscard]] std::filesystem::path found_hand(const std::filesystem::path& beside);

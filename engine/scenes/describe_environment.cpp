@@ -6,8 +6,6 @@
 /// The map `environment` of a scene.
 namespace thenar {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 using enum Dimension;
 
 namespace {
@@ -66,17 +64,12 @@ void describe_place(Visitor& v, EnvironmentBody& body) {
     v.refuse("gap", "goes with under: object");
   }
   if (!v.when(!is_under)) return;
-  Vector3d position_m = body.X_WE.translation();
-  Matrix3d rotation = body.X_WE.linear();
-  v.key({"position", kLength, "", "(Required without under, refused with it.)",
-         "Of its frame, in that of environment.frame."},
-        position_m);
-  describe_rotation(v,
-                    {"rotation", kNone, "", "(Without it: as environment.frame is.)",
-                     "Of its frame: its columns are the body's axes in environment.frame."},
-                    rotation);
-  body.X_WE.translation() = position_m;
-  body.X_WE.linear() = rotation;
+  describe_pose(v,
+                {"position", kLength, "", "(Required without under, refused with it.)",
+                 "Of its frame, in that of environment.frame."},
+                {"rotation", kNone, "", "(Without it: as environment.frame is.)",
+                 "Of its frame: its columns are the body's axes in environment.frame."},
+                body.X_WE);
 }
 
 /// `all`: the friction of bodies that have none of their own.

@@ -12,7 +12,6 @@
 /// The map `object` of a scene, and solids, which the environment has, too.
 namespace thenar {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using enum Dimension;
 
@@ -140,17 +139,12 @@ void describe_object(Visitor& v, ObjectSettings& object, bool is_found, bool fin
   v.key({"mass", kMass, "> 0", "", "The object's mass."}, object.mass_kg);
   describe_centre_of_mass(v, object);
   if (v.when(!is_found)) {
-    Vector3d position_m = object.X_WO.translation();
-    Matrix3d rotation = object.X_WO.linear();
-    v.key({"position", kLength, "", "(Required without grasp, refused with it.)",
-           "The origin of the object frame at the start, in the hand frame."},
-          position_m);
-    describe_rotation(v,
-                      {"rotation", kNone, "", "(Required without grasp, refused with it.)",
-                       "The rotation of the object at the start: its columns are the object's axes in the hand frame."},
-                      rotation);
-    object.X_WO.translation() = position_m;
-    object.X_WO.linear() = rotation;
+    describe_pose(v,
+                  {"position", kLength, "", "(Required without grasp, refused with it.)",
+                   "The origin of the object frame at the start, in the hand frame."},
+                  {"rotation", kNone, "", "(Required without grasp, refused with it.)",
+                   "The rotation of the object at the start: its columns are the object's axes in the hand frame."},
+                  object.X_WO);
   }
   if (is_found) refuse_found(v, {"position", "rotation"});
   v.map({"damping", kNone, "", "", "The viscous damping of the object's motion."}, [&] {

@@ -94,4 +94,13 @@ void describe_rotation(Visitor& v, const KeyRow& row, std::optional<Matrix3d>& r
   rotation = now;
 }
 
+void describe_pose(Visitor& v, const KeyRow& position, const KeyRow& rotation, Eigen::Isometry3d& X) {
+  Vector3d position_m = X.translation();
+  Matrix3d R = X.linear();
+  v.key(position, position_m);
+  describe_rotation(v, rotation, R);
+  X.translation() = position_m;
+  X.linear() = R;
+}
+
 }  // namespace thenar
